@@ -206,7 +206,10 @@ class Settings:
         known = set(options)
         if unknown_names := [name for name in more if name not in known | refused]:
             allowed = sorted((names | known | set(others)) - {"options"})
-            raise ValueError(f"{where} does not take these options: {unknown('option', unknown_names[0], allowed)}")
+            from pz_envs.family import families_with
+
+            hint = f"{unknown('option', unknown_names[0], allowed)}{families_with(unknown_names[0])}"
+            raise ValueError(f"{where} does not take these options: {hint}")
         if given is not None and not isinstance(given, cls):
             raise ValueError(f"settings must be a {cls.__name__}, got {given!r}")
         base = cls() if given is None else given

@@ -82,6 +82,24 @@ def imported(path):
     return found
 
 
+AS_TEXT = {"Console": "emoji", "TextColumn": "markup"}
+"""What rich must not do with names, by what is made of it; a text of `Console.status` is always markup."""
+
+
+def test_consoles_show_names_as_they_are():
+    """By default rich makes emoji of parts such as `:cat:`, which ids may have."""
+    calls = [(path, node) for path, tree in trees().items() for node in ast.walk(tree) if isinstance(node, ast.Call)]
+    made = [(path, call) for path, call in calls if isinstance(call.func, ast.Name) and call.func.id in AS_TEXT]
+    assert len(made) > 10
+    for path, call in made:
+        given = {each.arg: getattr(each.value, "value", None) for each in call.keywords}
+        assert given.get(AS_TEXT[call.func.id]) is False, f"{path}:{call.lineno}"
+    spinning = {
+        path.name for path, call in calls if isinstance(call.func, ast.Attribute) and call.func.attr == "status"
+    }
+    assert spinning == {"terminal.py"}
+
+
 def texts(node):
     """The string literals in a part of a module; a docstring is equal to no name."""
     return {each.value for each in ast.walk(node) if isinstance(each, ast.Constant) and isinstance(each.value, str)}

@@ -1,5 +1,6 @@
 """Whether posteriors are calibrated, and what they cost."""
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from time import process_time
@@ -64,24 +65,33 @@ def table(found: Iterable[Ranked]) -> Table:
 
 
 def plot(found: Sequence[Ranked], file: str) -> None:
-    """Draw the ranks of each quantity, with the 99 % interval of a number of ranks if all are equally likely."""
+    """Draw the ranks: a panel for each family, with a line for each quantity of each of its environments.
+
+    A line is the empirical distribution of the ranks less that of equally likely ones. If these are the right one, it
+    stays in the band with probability 99 % (Dvoretzky, Kiefer & Wolfowitz 1956, with Massart's constant).
+    """
     import matplotlib.style
     from matplotlib.figure import Figure
-    from scipy.stats import binom
 
+    from llf_teacher.registry import entry
     from llf_teacher.studies.report.plots import SERIES, STYLE
     from llf_teacher.theme import SHADES
 
-    panels = [(each.id, name, ranks) for each in found for name, ranks in each.calibration.items()]
-    columns = 4
-    rows = -(-len(panels) // columns)
+    families: dict[str, list[kit.Calibration]] = {}
+    for each in found:
+        families.setdefault(entry(each.id).family.name, []).extend(each.calibration.values())
     with matplotlib.style.context([STYLE]):
-        figure = Figure(figsize=(3 * columns, 1.9 * rows))
-        for place, (id, name, (p, counts)) in enumerate(panels, 1):
-            axes = figure.add_subplot(rows, columns, place)
-            low, high = binom.interval(_BAND, counts.sum(), 1 / len(counts))
-            axes.axhspan(low, high, color=SHADES["rule"].light, linewidth=0)
-            axes.bar(range(len(counts)), counts, color=SERIES[0], width=0.8)
-            axes.set_title(f"{id.removeprefix('llf-')}\n{name}, p = {p:.2g}", fontsize=7)
+        figure = Figure(figsize=(3 * len(families), 2.6))
+        panels = figure.subplots(1, len(families), sharey=True, squeeze=False)[0]
+        for axes, (name, lines) in zip(panels, families.items(), strict=True):
+            histories, ranks = int(lines[0].counts.sum()), len(lines[0].counts)
+            band = math.sqrt(math.log(2 / (1 - _BAND)) / (2 * histories))
+            axes.axhspan(-band, band, color=SHADES["rule"].light, linewidth=0)
+            for _, counts in lines:
+                even = np.arange(1, ranks + 1) / ranks
+                axes.plot(range(ranks), np.cumsum(counts) / histories - even, color=SERIES[0], linewidth=0.8)
+            axes.set_title(f"{name}: {len(lines)} quantities, {histories:,} histories", fontsize=8)
             axes.set_xlabel("rank of the true world", fontsize=8)
+        panels[0].set_ylim(-1.3 * band, 1.3 * band)
+        panels[0].set_ylabel("share of ranks, less even", fontsize=8)
         figure.savefig(file)

@@ -16,7 +16,9 @@ def posteriors(
         list[str] | None, typer.Argument(metavar="FAMILY", help="Families; by default all that have a posterior.")
     ] = None,
     histories: Annotated[int, typer.Option(min=20, help="Untaught histories for each environment.")] = 1000,
-    plot: Annotated[Path | None, typer.Option(help="Picture of the ranks to write, such as ranks.svg.")] = None,
+    plot: Annotated[
+        Path | None, typer.Option(help="Picture of the distributions of ranks to write, such as ranks.svg.")
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the histories.")] = 0,
 ) -> None:
     """Rank the true world among drawn ones (simulation-based calibration), and compare a draw with a reset.
@@ -29,6 +31,7 @@ def posteriors(
     from llf_teacher.registry import entries
     from llf_teacher.tools import posteriors as measured
     from teachers.spec import unknown
+    from teachers.terminal import error_console
     from worlds.posteriors.testing import THRESHOLD
 
     able = dict.fromkeys(entry.family.name for entry in entries().values() if entry.family.posterior)
@@ -36,13 +39,13 @@ def posteriors(
         if name not in able:
             raise typer.BadParameter(unknown("family with a posterior", name, able))
     chosen = [entry for entry in entries().values() if entry.family.name in (families or able)]
-    console = Console(stderr=True)
+    console = error_console()
     found = [
         measured.measure(entry, histories, seed) for entry in track(chosen, "ranking", console=console, transient=True)
     ]
     if plot is not None:
         measured.plot(found, str(plot))
-    output = Console()
+    output = Console(emoji=False)
     output.width = max(output.width, 130)
     output.print(measured.table(found))
     if any(each.p < THRESHOLD for one in found for each in one.calibration.values()):

@@ -8,10 +8,10 @@ import math
 from collections.abc import Sequence
 from typing import ClassVar
 
-from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Verdict, claim, opposed, slot
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Scope, Verdict, claim, opposed, slot
 from teachers.common import TryAgain
 from teachers.oracles.metaworld.corrections import aim_of, correction_for
-from teachers.oracles.metaworld.purposes import PURPOSES
+from teachers.oracles.metaworld.purposes import PURPOSES, USES
 from worlds.metaworld import REACH, Aim, MetaWorld, Pose, Truth
 
 Place = tuple[float, float, float]
@@ -511,6 +511,108 @@ class Avoid(_Posed):
         return (Avoid(action=action, before=self.before, after=self.after),)
 
 
+@claim
+class Grips(Claim[Truth, MetaWorld]):
+    """True if, in one play of this task, the script uses the gripper as `use` says.
+
+    It is `hold` if the gripper closes only after the hand has come near, and `shut` if it is closed from the start on.
+    """
+
+    kind = FP
+    scope = Scope.WORLD
+    use: str
+    advice = slot(USES.__getitem__, "use")
+
+    def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
+        """Let the script play the task."""
+        return self.use == _gripping(lab)
+
+    def counterparts(self, moment: Moment[Truth], lab: MetaWorld) -> Sequence[Claim]:
+        """The other use."""
+        return tuple(Grips(use=use) for use in USES if use != self.use)
+
+
+@claim
+class NoGrip(Claim[Truth, MetaWorld]):
+    """True if, in one play of this task, the script never closes the gripper."""
+
+    kind = FN
+    scope = Scope.WORLD
+
+    def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
+        """Let the script play the task."""
+        return _gripping(lab) == ""
+
+    def counterparts(self, moment: Moment[Truth], lab: MetaWorld) -> Sequence[Claim]:
+        """That it is closed."""
+        return tuple(Grips(use=use) for use in USES)
+
+    def excludes(self, other: Claim) -> bool:
+        """That it is closed."""
+        return isinstance(other, Grips)
+
+
+@claim
+class _Side(Claim[Truth, MetaWorld]):
+    """Base of claims about the side on which the script wants the hand now, by more than 2 cm, give or take 1."""
+
+    axis: str
+    """With its sign, such as `+x`."""
+
+    def lies(self, moment: Moment[Truth], lab: MetaWorld, slack: float) -> bool:
+        """Compute the place from the policy's command and gain."""
+        place, _ = commanded(moment.after, lab)
+        return self.axis in directions(hand_of(moment.after), place, slack)
+
+    def counterparts(self, moment: Moment[Truth], lab: MetaWorld) -> Sequence[Claim]:
+        """The opposite side, and the others."""
+        others = (sign + axis for axis in AXES for sign in "+-")
+        return tuple(type(self)(axis=axis) for axis in others if axis != self.axis)
+
+
+@claim
+class NotToward(_Side):
+    """True if the script does not want the hand on this side of where it is, by more than 2 cm, give or take 1."""
+
+    kind = FN
+
+    def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
+        """Compute the place from the policy's command and gain."""
+        return not moment.after.solved and not self.lies(moment, lab, 0.01)
+
+
+@claim
+class Toward(_Side):
+    """True if the script wants the hand on this side of where it is, by more than 2 cm, give or take 1."""
+
+    kind = FP
+
+    def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
+        """Compute the place from the policy's command and gain."""
+        return not moment.after.solved and self.lies(moment, lab, -0.01)
+
+    def excludes(self, other: Claim) -> bool:
+        """The same side, denied; or the opposite one."""
+        against = NotToward(axis=self.axis), Toward(axis=self.axis.translate(_OPPOSITE))
+        return other in against
+
+
+_GRIPPING: dict[str, str] = {}
+
+
+def _gripping(lab: MetaWorld) -> str:
+    """One of `USES`, as the script plays a task, or empty if the gripper stays open; by the policy's commands."""
+    if lab.task not in _GRIPPING:
+        lab.reset(seed=0)
+        grips = []
+        while len(grips) < _PLAYED and not (truth := lab.truth).solved:
+            grips.append(commanded(truth, lab)[1] > _GRIP)
+            lab.advance(action_for(aim_of(lab, truth), truth, lab))
+        _GRIPPING[lab.task] = "" if not any(grips) else "shut" if grips[0] else "hold"
+    return _GRIPPING[lab.task]
+
+
+_PLAYED = 14  # turns
 _RIGHT: Errors = (0, 0, 0)
 _ROUNDING = 0.005 + CLOSE  # of advice
 _OPPOSITE = str.maketrans({"+": "-", "-": "+"})

@@ -53,3 +53,73 @@ PURPOSES = {
     "window-open-v3": "slide the window open",
 }
 """What solves each task, to complete "your task is to ..."."""
+
+USES = {
+    "hold": "open the gripper until the hand is where it is to take hold, and close it there",
+    "shut": "keep the gripper closed from the start on",
+}
+"""Uses of the gripper, as advice."""
+HOLDING = frozenset(
+    (
+        "assembly-v3",
+        "basketball-v3",
+        "bin-picking-v3",
+        "box-close-v3",
+        "coffee-pull-v3",
+        "coffee-push-v3",
+        "disassemble-v3",
+        "hammer-v3",
+        "hand-insert-v3",
+        "handle-pull-side-v3",
+        "peg-insert-side-v3",
+        "pick-place-v3",
+        "pick-place-wall-v3",
+        "push-v3",
+        "push-back-v3",
+        "push-wall-v3",
+        "shelf-place-v3",
+        "stick-pull-v3",
+        "stick-push-v3",
+        "sweep-v3",
+    )
+)
+"""Tasks in which the gripper closes on the way."""
+SHUT = frozenset(
+    (
+        "button-press-topdown-v3",
+        "button-press-wall-v3",
+        "dial-turn-v3",
+        "door-close-v3",
+        "door-open-v3",
+        "door-unlock-v3",
+        "drawer-close-v3",
+        "faucet-close-v3",
+        "faucet-open-v3",
+        "handle-press-side-v3",
+        "handle-pull-v3",
+        "lever-pull-v3",
+        "plate-slide-back-side-v3",
+        "plate-slide-side-v3",
+        "soccer-v3",
+        "window-close-v3",
+        "window-open-v3",
+    )
+)
+"""Tasks in which the gripper is closed from the start on."""
+OPEN = frozenset(
+    (
+        "button-press-v3",
+        "button-press-topdown-wall-v3",
+        "coffee-button-v3",
+        "door-lock-v3",
+        "drawer-open-v3",
+        "handle-press-v3",
+        "peg-unplug-side-v3",
+        "pick-out-of-hole-v3",
+        "plate-slide-v3",
+        "plate-slide-back-v3",
+        "reach-v3",
+        "reach-wall-v3",
+    )
+)
+"""Tasks in which it is never closed."""

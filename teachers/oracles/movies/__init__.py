@@ -10,11 +10,14 @@ import numpy as np
 
 from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment, fast_constructor
 from teachers.oracle import Oracle
-from teachers.oracles.movies.checks import FOUND, found_words, wish_words
+from teachers.oracles.movies.checks import FOUND, NAMES, found_words, wish_words
 from teachers.oracles.movies.claims import (
     LISTED,
+    About,
     AgeGroup,
     AllFit,
+    AlwaysSays,
+    AlwaysWants,
     Ambiguous,
     Answer,
     AttributeFits,
@@ -23,6 +26,7 @@ from teachers.oracles.movies.claims import (
     AvoidTrait,
     Fits,
     Goal,
+    NotAbout,
     Nothing,
     NotInCatalogue,
     OthersFit,
@@ -37,10 +41,12 @@ from teachers.oracles.movies.claims import (
     TriedWell,
     Unrated,
     Wish,
+    WithinWishes,
 )
 from worlds.movies import (
     AGE,
     AGE_NAMES,
+    ATTRIBUTES,
     MAX_LENGTH,
     MAX_TITLES,
     PERIOD_NAMES,
@@ -57,6 +63,7 @@ from worlds.movies.catalogue import AGES, CERTIFICATES, PERIODS, Catalogue, Item
 
 _TRIES = 3
 _SHOWN = 3
+_SOME = 4  # one wish in so many is named, where there are many
 _ALL_FIT, _NOTHING, _GOAL, _RULES, _ANSWER = AllFit(), Nothing(), Goal(), Rules(), Answer(limit=MAX_TITLES)
 _AGE_GROUPS = tuple(AgeGroup(age=age, certificates=group) for age, group in zip(AGE_NAMES, AGES, strict=True))
 _fits, _attribute_fits = fast_constructor(Fits), fast_constructor(AttributeFits)
@@ -157,6 +164,27 @@ class MoviesOracle(Oracle[Truth, Movies]):
             if (label := items[i].label) not in used:
                 return label
         return items[self._fitting[0]].label
+
+    def clues(self, truth: Truth) -> tuple[Claim, ...]:
+        """What the wish that was not said is not about, what it is about, and some wishes with it among them.
+
+        At last, rules of a town.
+        """
+        profile, unsaid, (first, second), _, law = truth
+        silent = [each for each in NAMES if each not in profile.wishes and unsaid != TYPE]
+        names, wish = NAMES[unsaid], profile.words(unsaid).split(" or ")
+        others = [name for name in names if name not in wish]
+        begin = (7 * first + 31 * second) % max(1, len(others))  # each user gets others
+        count = max(1, len(names) // _SOME - len(wish))
+        some = {*wish, *(others[begin:] + others[:begin])[:count]}
+        clues: list[Claim] = [NotAbout(attribute=each) for each in silent[1:]]  # that leaves several
+        clues.append(About(attribute=unsaid))
+        if len(some) < len(names):
+            clues.append(WithinWishes(attribute=unsaid, wishes=tuple(name for name in names if name in some)))
+        if law:
+            clues.append(AlwaysSays(attribute=ATTRIBUTES[ATTRIBUTES.index(unsaid) - 1]))
+            clues.append(AlwaysWants(attribute=unsaid, wish=profile.words(unsaid)))
+        return tuple(clues)
 
     def importance(self, truth: Truth) -> float:
         """The reward of a list that fits minus that of one in which nothing fits: always 1."""

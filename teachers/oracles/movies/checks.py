@@ -55,6 +55,20 @@ def leaves_one_out(lab: Movies, truth: Truth) -> bool:
     return uttered == sum(bool(truth.profile.words(attribute)) for attribute in NAMES) - 1
 
 
+def silent_about(lab: Movies, truth: Truth) -> list[str]:
+    """The attributes that the request does not mention."""
+    lab.restore(truth)
+    said = lab.step("[]")[0]
+    return [
+        name for name, part in zip(NAMES, ("type", "periods", "genres", "age"), strict=True) if not np.any(said[part])
+    ]
+
+
+def left_out(lab: Movies, truth: Truth) -> str:
+    """The attribute that the user has a wish about which the request does not utter."""
+    return next(attribute for attribute in silent_about(lab, truth) if truth.profile.words(attribute))
+
+
 def tally(lab: Movies, moment: Moment[Truth], first: int) -> tuple[int, int]:
     """How many titles of the last list, from title `first` on, content the user when offered alone, and of how many."""
     titles = titles_of(moment.action)[first - 1 :] if moment.before is not None and first >= 1 else ()
