@@ -74,8 +74,7 @@ ORDER = (
     "hints",
     "silence",
     "voice",
-    "placebo",
-    "liar",
+    "truisms",
     "turncoat",
 )
 """The names in the order of a card."""

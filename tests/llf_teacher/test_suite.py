@@ -16,7 +16,7 @@ from llf_teacher.suite.experiment import ORDER
 from llf_teacher.suite.play import chosen, seeds_of, study_of
 from llf_teacher.suite.score import Arms, score
 
-DIGEST = "266722469a1e9fcf"
+DIGEST = "2c50ab28e46107eb"
 
 
 def arms(better, worse, unit_better=0.0, unit_worse=10.0, n=20, noise=1.0, seed=0, **more):
@@ -86,9 +86,9 @@ def store(tmp_path_factory):
 
 
 def test_the_reference_has_1_and_chance_has_0(store):
-    best = take("obedient", store, ["advice", "liar"], quick=True, workers=1)
+    best = take("obedient", store, ["advice", "turncoat"], quick=True, workers=1)
     assert [each.score for each in best.lines] == pytest.approx([1, 0])
-    deaf = take("random", store, ["advice", "liar"], quick=True, workers=1)
+    deaf = take("random", store, ["advice", "turncoat"], quick=True, workers=1)
     assert [each.score for each in deaf.lines] == pytest.approx([0, 1])
     assert "takes advice" in best.sentences()[0]
 

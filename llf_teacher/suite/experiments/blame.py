@@ -1,6 +1,6 @@
 """Uses blame: acts by what the teacher says was bad.
 
-Lessons of blame (hn) beside a placebo.
+Lessons of blame (hn) beside a placebo. The teacher is silent after a good action, so it rests on keeping what was said.
 """
 
 from llf_teacher.suite.experiment import Experiment
@@ -11,6 +11,7 @@ EXPERIMENT = Experiment(
     better="only(kinds='hn')",
     worse="only(kinds='hn') | placebo",
     reference="reasoner(worlds=64)",
+    rests_on=("silence",),
     ids=(ARMS, HOUSE),
     options=OPTIONS,
 )

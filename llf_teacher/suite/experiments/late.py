@@ -1,7 +1,7 @@
 """Credits late feedback to the turn that it is about.
 
 Praise and blame that come two turns after the action, and name the turn, beside a placebo. It rests on praise and
-blame: who uses neither at once cannot use them late.
+blame, without which it cannot be had.
 """
 
 from llf_teacher.suite.experiment import Experiment

@@ -2,6 +2,7 @@
 
 A teacher that says all in three turns and nothing after, beside a placebo; only the regret after these turns counts.
 In bandits the named arm stays the best one; in a house the student has to know what the words say about the treasure.
+Most of what is said is advice, so it rests on that.
 """
 
 from llf_teacher.suite.experiment import Experiment
@@ -13,6 +14,7 @@ EXPERIMENT = Experiment(
     worse="early(budget=3) | placebo",
     reference="reasoner(worlds=64)",
     since=3,
+    rests_on=("advice",),
     ids=(ARMS, HOUSE),
     options=OPTIONS,
 )

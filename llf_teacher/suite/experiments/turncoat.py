@@ -2,7 +2,7 @@
 
 A teacher whose advice is true for three turns and false from then on, beside one that falls silent then; only the
 regret after these turns counts. The score is 1 if the lies cost nothing, and 0 if they cost as much as a student loses
-that does whatever it is told. It rests on the discounting of a liar.
+that does whatever it is told. A student that takes no advice at all has 1, so it rests on advice.
 """
 
 from llf_teacher.suite.experiment import Experiment
@@ -15,7 +15,7 @@ EXPERIMENT = Experiment(
     reference="obedient",
     offset=1.0,
     since=3,
-    rests_on=("liar",),
+    rests_on=("advice",),
     ids=(ARMS, HOUSE),
     options=OPTIONS,
 )

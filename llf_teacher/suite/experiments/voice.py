@@ -1,7 +1,7 @@
 """Understands a teacher in another voice.
 
 The same claims in a curt voice beside the plain one. The score is 1 if both save as much, and less if the curt voice
-saves less; the unit is what the plain voice saves beside a placebo.
+saves less; the unit is what the plain voice saves beside a placebo. Without advice both are alike, so it rests on that.
 """
 
 from llf_teacher.suite.experiment import Experiment
@@ -11,7 +11,7 @@ EXPERIMENT = Experiment(
     ability="understands another voice as well",
     better="oracle",
     worse="oracle | voice(tone='curt')",
-    reference="obedient",
+    reference="reasoner(worlds=64)",
     offset=1.0,
     margin=0.2,
     unit=("oracle", "oracle | placebo"),
