@@ -16,7 +16,7 @@ from llf_teacher.suite.experiment import ORDER
 from llf_teacher.suite.play import chosen, seeds_of, study_of
 from llf_teacher.suite.score import Arms, score
 
-DIGEST = "2c50ab28e46107eb"
+DIGEST = "82f99ac493d7929c"
 
 
 def arms(better, worse, unit_better=0.0, unit_worse=10.0, n=20, noise=1.0, seed=0, **more):
@@ -38,7 +38,9 @@ def test_an_experiment_is_complete(name):
     assert len({entry(id).family.name for id in each.ids}) >= 2
     assert set(each.rests_on) <= set(all_experiments()) - {name}
     assert each.offset in (0, 1)
-    assert study_of(["random"], {name: each}, [0])
+    study = study_of(["random"], {name: each}, [0])
+    assert set(study.teachers) == set(each.teachers)  # the specs in the store's rows
+    assert each.reference in study.students
 
 
 def test_scores_of_known_losses():

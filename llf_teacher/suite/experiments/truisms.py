@@ -10,7 +10,7 @@ from llf_teacher.suite.places import ARMS, HOUSE, OPTIONS
 EXPERIMENT = Experiment(
     ability="is not distracted by words that say nothing",
     better="oracle",
-    worse="oracle | verbose(k=3)",
+    worse="oracle | verbose",
     reference="reasoner(worlds=64)",
     offset=1.0,
     margin=0.2,
