@@ -52,7 +52,7 @@ class Line:
     @property
     def chance(self) -> str:
         """The p-value as text; empty without one."""
-        return "" if self.p is None else f"< {_TINY}" if self.p < _TINY else f"{self.p:.3f}"
+        return chance_words(self.p)
 
     @property
     def words(self) -> str:
@@ -247,6 +247,11 @@ class Card:
         if path.suffix not in made:
             raise ValueError(unknown("format of a card", path.suffix, FORMATS))
         path.write_text(made[path.suffix](), encoding="utf-8")
+
+
+def chance_words(p: float | None) -> str:
+    """A p-value as text; empty without one."""
+    return "" if p is None else f"< {_TINY}" if p < _TINY else f"{p:.3f}"
 
 
 def check(path: Path | str, digest: str) -> Card:

@@ -1,17 +1,21 @@
 """The suite: scores of known losses, cards that are whole, and students that fail."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy import stats
 from typer.testing import CliRunner
 
 from llf_teacher.cli import app
 from llf_teacher.registry import entry
 from llf_teacher.suite import Card, all_experiments, check, digest, take
-from llf_teacher.suite.card import CardError
+from llf_teacher.suite.card import CardError, Line
+from llf_teacher.suite.comparing import _difference, compare
+from llf_teacher.suite.estimate import estimate
 from llf_teacher.suite.experiment import ORDER
 from llf_teacher.suite.play import chosen, seeds_of, study_of
 from llf_teacher.suite.score import Arms, score
@@ -162,3 +166,73 @@ def test_the_command(store, tmp_path):
     result = CliRunner().invoke(app, [*command, "--card", f"{tmp_path / 'card.md'}"])
     assert result.exit_code == 0, result.output
     assert "takes advice" in (tmp_path / "card.md").read_text()
+    assert "at most 32 episodes, 384 turns" in result.output
+
+
+MODEL = "llm(model='m', base_url='http://127.0.0.1:9/v1', max_tokens=10{})"
+
+
+def test_an_estimate_is_of_what_would_be_played():
+    """Two teachers and two environments with 8 seeds of 12 turns; only a model with prices has a price."""
+    plain = estimate("obedient", ["advice"], quick=True)
+    assert (plain.episodes, plain.turns, plain.input_tokens, plain.usd) == (32, 384, None, None)
+    model = estimate(MODEL.format(""), ["advice"], quick=True)
+    assert model.output_tokens == 384 * 10
+    assert model.usd is None
+    priced = estimate(MODEL.format(", input_price=2.0, output_price=3.0") + " | stubborn", ["advice"], quick=True)
+    assert priced.usd == pytest.approx((model.input_tokens * 2 + 3840 * 3) / 1e6)
+    shorter = estimate(MODEL.format(", history=1"), ["advice"], quick=True)
+    assert 0 < shorter.input_tokens < model.input_tokens
+
+
+def line(score, half, seeds=20, **more):
+    """A line of a card whose interval has this half width."""
+    ends = {"low": None, "high": None} if half is None else {"low": score - half, "high": score + half}
+    return Line(
+        name="a", ability="b", score=score, p=0.1, seeds=seeds, places={}, why="skewed", alike=None, **ends, **more
+    )
+
+
+def test_a_difference_of_cards_is_significant_as_often_as_it_says():
+    """Of two cards with equal truth 5 % differ; the interval has the truth in 95 %."""
+    rng = np.random.default_rng(7)
+    rejected = []
+    for _ in range(800):
+        pair = []
+        for n, spread in ((8, 1.0), (20, 3.0)):
+            values = rng.normal(0.4, spread, n)
+            pair.append(line(values.mean(), stats.t.ppf(0.975, n - 1) * stats.sem(values), n))
+        found = _difference(*pair)
+        assert (found.p < 0.05) == (not found.low <= 0 <= found.high)
+        rejected.append(found.p < 0.05)
+    assert 0.03 < np.mean(rejected) < 0.07
+
+
+def test_a_difference_that_cannot_be_tested_says_why():
+    assert _difference(line(0.2, 0.1), line(0.5, None)).words == "+0.30 (no interval: second card: skewed)"
+    assert _difference(line(None, None), line(0.5, 0.1)).words == "not measured: first card: skewed"
+    assert _difference(line(1.0, 0.0), line(0.0, 0.0)).p == 0
+
+
+def test_cards_are_compared_and_checked(store, tmp_path):
+    files = [f"{tmp_path / name}.json" for name in ("obedient", "random")]
+    for name, file in zip(("obedient", "random"), files, strict=True):
+        take(name, store, ["advice"], quick=True, workers=1).write(Path(file))
+    (found,) = compare(*files, digest())
+    assert found.value == pytest.approx(-1)
+    assert found.p < 0.01
+    with pytest.raises(CardError, match="cannot be compared"):
+        compare(*files, "0")
+    result = CliRunner().invoke(app, ["suite", "compare", *files])
+    assert "-1.00 [" in result.output
+    result = CliRunner().invoke(app, ["suite", "check", *files])
+    assert "of obedient." in result.output
+    take("random", store, ["turncoat"], quick=True, workers=1).write(Path(files[1]))
+    with pytest.raises(CardError, match="no ability in common: advice; turncoat"):
+        compare(*files, digest())
+
+
+def test_a_suite_without_a_student_says_what_to_give():
+    result = CliRunner().invoke(app, ["suite"])
+    assert result.exit_code == 2
+    assert "give --student SPEC" in result.output
