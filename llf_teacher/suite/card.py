@@ -29,7 +29,7 @@ class CardError(ValueError):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Line:
+class AbilityLine:
     """A line of a card: an ability and its score."""
 
     name: str
@@ -77,7 +77,7 @@ class Card:
     quick: bool
     key: str
     """The text from which the seeds are drawn; empty: those of the suite."""
-    lines: Sequence[Line]
+    lines: Sequence[AbilityLine]
     cost: Mapping[str, float]
     """Episodes and turns of the student; answers, tokens in and out, and USD of one that asks a model, 0 if unknown."""
     failures: int
@@ -153,7 +153,7 @@ class Card:
         try:
             values = json.loads(Path(path).read_text(encoding="utf-8"))
             checksum = values.pop("checksum")
-            lines = tuple(Line(**each) for each in values["lines"])
+            lines = tuple(AbilityLine(**each) for each in values["lines"])
             card = cls(**values | {"lines": lines})
         except (OSError, UnicodeDecodeError, ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
             raise CardError(
@@ -269,9 +269,9 @@ def check(path: Path | str, digest: str) -> Card:
     return card
 
 
-def _line(name: str, score: Score, p: float | None) -> Line:
+def _line(name: str, score: Score, p: float | None) -> AbilityLine:
     there = score.measured
-    return Line(
+    return AbilityLine(
         name=name,
         ability=all_experiments()[name].ability,
         score=score.value if there else None,
@@ -285,7 +285,7 @@ def _line(name: str, score: Score, p: float | None) -> Line:
     )
 
 
-def _for_certain(each: Line) -> bool:
+def _for_certain(each: AbilityLine) -> bool:
     """Whether an ability is there: what it saves is significant, or both lessons are alike."""
     if each.alike is not None:
         return each.alike

@@ -6,10 +6,10 @@ from typing import NamedTuple
 from scipy import stats
 
 from llf_teacher.studies.analysis.statistics import LEVEL, holm
-from llf_teacher.suite.card import Card, CardError, Line, check
+from llf_teacher.suite.card import Card, CardError, AbilityLine, check
 
 
-class Difference(NamedTuple):
+class CardDifference(NamedTuple):
     """What the score of an ability on the second card differs by from that on the first."""
 
     name: str
@@ -34,7 +34,7 @@ class Difference(NamedTuple):
         return f"{self.value:+.2f} [{self.low:+.2f}, {self.high:+.2f}]"
 
 
-def compare(first: Path | str, second: Path | str, digest: str) -> list[Difference]:
+def compare(first: Path | str, second: Path | str, digest: str) -> list[CardDifference]:
     """The second card's scores less the first one's, for abilities on both.
 
     The tests are Welch's (1947), whose standard errors are those of the cards' intervals. They take the scores as
@@ -55,8 +55,8 @@ def compare(first: Path | str, second: Path | str, digest: str) -> list[Differen
     return found
 
 
-def _difference(first: Line, second: Line) -> Difference:
-    empty = Difference(first.name, first.ability, None, None, None, None, "")
+def _difference(first: AbilityLine, second: AbilityLine) -> CardDifference:
+    empty = CardDifference(first.name, first.ability, None, None, None, None, "")
     for which, line in (("first", first), ("second", second)):
         if line.score is None:
             return empty._replace(why=f"{which} card: {line.why}")
@@ -77,7 +77,7 @@ def _difference(first: Line, second: Line) -> Difference:
     return empty._replace(value=value, low=value - half, high=value + half, p=p)
 
 
-def _error(line: Line) -> float:
+def _error(line: AbilityLine) -> float:
     """The standard error of a score, from its interval, which is Student's."""
     assert line.low is not None and line.high is not None  # noqa: S101, PT018  # for the types
     return float((line.high - line.low) / 2 / stats.t.ppf((1 + LEVEL) / 2, line.seeds - 1))

@@ -21,7 +21,7 @@ BYTES = 4
 
 
 @dataclass(frozen=True, kw_only=True)
-class Estimate:
+class CostEstimate:
     """The most that a student plays, and what that costs if its model is asked in each turn."""
 
     episodes: int
@@ -43,7 +43,7 @@ class Estimate:
         return f"{text}, about {self.input_tokens} tokens in, {out} out, {price}"
 
 
-def estimate(student: str, names: Sequence[str] = (), quick: bool = False, key: str = "") -> Estimate:
+def estimate(student: str, names: Sequence[str] = (), quick: bool = False, key: str = "") -> CostEstimate:
     """The estimate for a student's spec, without what a store may have already.
 
     Of a model, one lesson of each teacher in each environment is played by chance, and the prompts are measured.
@@ -54,13 +54,13 @@ def estimate(student: str, names: Sequence[str] = (), quick: bool = False, key: 
     turns = episodes * TURNS
     bare, _ = traits_of(parse_student(student))
     if not isinstance(bare, LLM):
-        return Estimate(episodes=episodes, turns=turns, input_tokens=None, output_tokens=None, usd=None)
+        return CostEstimate(episodes=episodes, turns=turns, input_tokens=None, output_tokens=None, usd=None)
     read = [_bytes(id, teacher, study.seeds[0], study.options.get(id, {}), bare) for id, teacher in lessons]
     tokens = len(study.seeds) * sum(read) // BYTES
     out = None if bare.max_tokens is None else turns * bare.max_tokens
     prices = bare.settings.prices
     usd = None if prices is None or out is None else (tokens * prices.input + out * prices.output) / 1e6
-    return Estimate(episodes=episodes, turns=turns, input_tokens=tokens, output_tokens=out, usd=usd)
+    return CostEstimate(episodes=episodes, turns=turns, input_tokens=tokens, output_tokens=out, usd=usd)
 
 
 def _bytes(id: str, teacher: str, seed: int, options: Any, student: LLM) -> int:

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from llf_teacher.cli import app
 from llf_teacher.registry import entry
 from llf_teacher.suite import Card, all_experiments, check, digest, take
-from llf_teacher.suite.card import CardError, Line
+from llf_teacher.suite.card import CardError, AbilityLine
 from llf_teacher.suite.comparing import _difference, compare
 from llf_teacher.suite.estimate import estimate
 from llf_teacher.suite.experiment import ORDER
@@ -188,7 +188,7 @@ def test_an_estimate_is_of_what_would_be_played():
 def line(score, half, seeds=20, **more):
     """A line of a card whose interval has this half width."""
     ends = {"low": None, "high": None} if half is None else {"low": score - half, "high": score + half}
-    return Line(
+    return AbilityLine(
         name="a", ability="b", score=score, p=0.1, seeds=seeds, places={}, why="skewed", alike=None, **ends, **more
     )
 
