@@ -6,7 +6,7 @@ from typing import NamedTuple
 from scipy import stats
 
 from llf_teacher.studies.analysis.statistics import LEVEL, holm
-from llf_teacher.suite.card import Card, CardError, AbilityLine, check
+from llf_teacher.suite.card import AbilityLine, Card, CardError, check
 
 
 class CardDifference(NamedTuple):

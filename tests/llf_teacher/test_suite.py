@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from llf_teacher.cli import app
 from llf_teacher.registry import entry
 from llf_teacher.suite import Card, all_experiments, check, digest, take
-from llf_teacher.suite.card import CardError, AbilityLine
+from llf_teacher.suite.card import AbilityLine, CardError
 from llf_teacher.suite.comparing import _difference, compare
 from llf_teacher.suite.estimate import estimate
 from llf_teacher.suite.experiment import ORDER
