@@ -49,15 +49,20 @@ def measure(store: Path, key: str, quick: bool, workers: int) -> tuple[NDArray[n
         none on, shape (defects, 4).
     """
     names = tuple(all_experiments())
-    rows = [scores_of(WHOLE, names, store, key, quick, workers)]
-    by_strength = []
-    for ability in names:
-        trait, strengths = DEFECTS[ability]
-        specs = [f"{WHOLE} | {trait.format(strength)}" for strength in strengths]
-        rows.append(scores_of(specs[-1], names, store, key, quick, workers))
-        weaker = [scores_of(each, (ability,), store, key, quick, workers)[ability] for each in specs[:-1]]
-        by_strength.append([rows[0][ability], *weaker, rows[-1][ability]])
-        print(f"{key or 'own seeds'}: {ability}", *(f"{each:.2f}" for each in by_strength[-1]), flush=True)
+    specs = {
+        name: [f"{WHOLE} | {trait.format(each)}" for each in strengths] for name, (trait, strengths) in DEFECTS.items()
+    }
+    rows = [
+        scores_of(each, names, store, key, quick, workers) for each in (WHOLE, *(specs[name][-1] for name in names))
+    ]
+    by_strength = [
+        [
+            rows[0][name],
+            *(scores_of(each, (name,), store, key, quick, workers)[name] for each in specs[name][:-1]),
+            row[name],
+        ]
+        for name, row in zip(names, rows[1:], strict=True)
+    ]
     return np.array([[row[name] for name in names] for row in rows]), np.array(by_strength)
 
 

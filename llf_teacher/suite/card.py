@@ -122,7 +122,9 @@ class Card:
     def sentences(self) -> list[str]:
         """Three sentences: what it does best, what it does not do, and what was not measured."""
         named = [each for each in self.lines if each.score is not None]
-        shown = sorted((each for each in named if _for_certain(each)), key=lambda each: -(each.low or 0))
+        shown = sorted(
+            (each for each in named if _for_certain(each)), key=lambda each: (each.alike is not None, -(each.low or 0))
+        )  # to be alike proves less: so are lessons that a student does not hear
         lacking = sorted(
             (each for each in named if each.high is not None and each.high < _HALF), key=lambda e: e.high or 0
         )

@@ -48,15 +48,16 @@ def estimate(student: str, names: Sequence[str] = (), quick: bool = False, key: 
 
     Of a model, one lesson of each teacher in each environment is played by chance, and the prompts are measured.
     """
-    study = study_of([], chosen(names, quick), seeds_of(key, quick))
+    seeds = seeds_of(key, quick)
+    study = study_of([], chosen(names, quick), seeds)
     lessons = [(id, teacher) for id in study.ids for teacher in study.teachers]
-    episodes = len(lessons) * len(study.seeds)
+    episodes = len(lessons) * len(seeds)
     turns = episodes * TURNS
     bare, _ = traits_of(parse_student(student))
     if not isinstance(bare, LLM):
         return CostEstimate(episodes=episodes, turns=turns, input_tokens=None, output_tokens=None, usd=None)
-    read = [_bytes(id, teacher, study.seeds[0], study.options.get(id, {}), bare) for id, teacher in lessons]
-    tokens = len(study.seeds) * sum(read) // BYTES
+    read = [_bytes(id, teacher, seeds[0], study.options.get(id, {}), bare) for id, teacher in lessons]
+    tokens = len(seeds) * sum(read) // BYTES
     out = None if bare.max_tokens is None else turns * bare.max_tokens
     prices = bare.settings.prices
     usd = None if prices is None or out is None else (tokens * prices.input + out * prices.output) / 1e6
@@ -73,7 +74,7 @@ def _bytes(id: str, teacher: str, seed: int, options: Any, student: LLM) -> int:
         answer=student.answer,
         prompts=student.folder,
     )
-    rng, world = np.random.default_rng(seed), env.unwrapped.session.world.scratch()
+    rng, world = np.random.default_rng(seed), env.session.world.scratch()
     observation, _ = env.reset(seed=seed)
     total = 0
     for _ in range(TURNS):

@@ -96,7 +96,8 @@ def take(
         StudyError: the episodes cannot go on, such as after a spending limit; those so far are stored.
     """
     spec, experiments, seeds = student_spec(student), chosen(names, quick), seeds_of(key, quick)
-    with run(study_of([spec], experiments, seeds), store, workers, progress) as results:
+    study = study_of([spec], experiments, seeds)
+    with run(study, store, workers, progress) as results:
         rows, lost = list(results.rows()), [each for each in results.failures() if each["student"] == spec]
     scores = {name: scored(each, spec, rows, seeds) for name, each in experiments.items()}
     return Card.of(
@@ -104,7 +105,9 @@ def take(
         scores,
         suite=VERSION,
         digest=digest(),
-        rows=[row for row in rows if row["student"] == spec and row["seed"] in seeds],
+        rows=[
+            row for row in rows if row["student"] == spec and row["seed"] in seeds and row["teacher"] in study.teachers
+        ],
         failures=len(lost),
         error=f"{lost[0]['error']}" if lost else "",
         key=key,
