@@ -26,7 +26,7 @@ DEFECTS = {
     "blame": ("skims(kinds='hn', p={})", (1 / 3, 2 / 3, 1)),
     "late": ("defects:MissesThePast(p={})", (1 / 3, 2 / 3, 1)),
     "hints": ("defects:MissesHints(p={})", (1 / 3, 2 / 3, 1)),
-    "silence": ("defects:ForgetsInSilence(p={})", (1 / 3, 2 / 3, 1)),
+    "silence": ("defects:ForgetsInSilence(p={})", (0.05, 0.2, 1)),  # in each of ten turns
     "voice": ("defects:MissesTone(p={})", (1 / 3, 2 / 3, 1)),
     "truisms": ("defects:Distracted(p={})", (1 / 3, 2 / 3, 1)),
     "turncoat": ("capitulates(after={})", (4, 2, 0)),
