@@ -25,7 +25,7 @@ GROUPS = {
         "docs/study-feedback": ("docs/reading-a-study", "docs/studies-at-scale"),
         "docs/personalities": (),
         "docs/teaching-as-a-game": ("docs/a-teacher-that-reads-the-moment", "docs/learners"),
-        "docs/bring-your-agent": ("docs/train-a-model", "docs/integrations"),
+        "docs/bring-your-agent": ("docs/suite", "docs/train-a-model", "docs/integrations"),
         "docs/teach-your-own-environment": (),
         "docs/coming-from-llf-bench": (),
         "docs/in-the-browser": (),

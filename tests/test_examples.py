@@ -151,3 +151,13 @@ def test_a_model_learns_what_the_teachers_words_mean(tmp_path):
     assert len(curve) == 20
     assert curve[0] < 0.2 < 0.8 < curve[-1]
     assert (tmp_path / "plot.png").stat().st_size > 10_000
+
+
+@pytest.mark.full
+def test_check_suite(tmp_path):
+    """Each known defect takes its ability away, and no other that does not rest on it."""
+    out = printed(
+        "check_suite", "--quick", "--keys", "test", "--store", tmp_path / "it.db", "--plot", tmp_path / "it.png"
+    )
+    assert "Faults with test: none" in out
+    assert (tmp_path / "it.png").stat().st_size > 10_000

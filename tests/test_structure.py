@@ -134,7 +134,10 @@ def of_families(path):
     return found
 
 
-EXPERIMENTS = ROOT / "llf_teacher" / "reproductions" / "rows"
+EXPERIMENTS = {
+    *(ROOT / "llf_teacher" / "reproductions" / "rows").glob("*.py"),
+    ROOT / "llf_teacher" / "suite" / "places.py",
+}
 """Each is about certain worlds, as its source is; nothing but the command that plays them knows them."""
 
 
@@ -143,7 +146,7 @@ def uses(family, environments):
     modules = re.compile(rf"(worlds|teachers\.oracles|pz_envs\.families)\.{family}(?!\w)")
     ids = set(environments) | {PREFIX + environment for environment in environments}
     found = []
-    for path in trees().keys() - own_files(family) - set(EXPERIMENTS.glob("*.py")):
+    for path in trees().keys() - own_files(family) - EXPERIMENTS:
         named = {name for name in imported(path) | literals(path) if modules.match(name)}
         named |= (literals(path) & ids) | (of_families(path) & {family})
         found += [f"{path.relative_to(ROOT)}: {name}" for name in sorted(named)]

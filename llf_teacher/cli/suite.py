@@ -1,0 +1,110 @@
+"""`llf suite`: what a student can do with feedback, as a card."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+from llf_teacher.cli import Commands, complete_student, search_here
+from llf_teacher.escaping import escape_control_chars
+
+STORE = Path("llf-suite.db")
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the group and its commands."""
+    group = typer.Typer(
+        help="Take the suite: `llf suite --student SPEC` scores what a student does with feedback, as a card.",
+        cls=Commands,
+        invoke_without_command=True,
+    )
+    group.callback()(suite)
+    group.command("compare")(compare)
+    group.command("check")(check)
+    app.add_typer(group, name="suite")
+
+
+def suite(
+    context: typer.Context,
+    student: Annotated[
+        str | None,
+        typer.Option(help="Spec of a student, or `module:factory` of your agent.", autocompletion=complete_student),
+    ] = None,
+    card: Annotated[
+        list[Path] | None, typer.Option(help="File to write: .json, .md, .svg or .html; repeat it for several.")
+    ] = None,
+    only: Annotated[list[str] | None, typer.Option(help="Experiment to take; repeat it for several.")] = None,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Take the four experiments that tell most, with fewer seeds.")
+    ] = False,
+    key: Annotated[str, typer.Option(help="Text from which other seeds are drawn.")] = "",
+    store: Annotated[Path, typer.Option(help="SQLite file for the episodes; an interrupted suite is resumed.")] = STORE,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Parallel processes; by default one for each core.")
+    ] = None,
+) -> None:
+    """Take the suite: score what a student does with feedback, one ability an experiment.
+
+    A score is what a student saves in regret beside a control, in the unit of a reference: 0 if it takes no notice.
+    """
+    if context.invoked_subcommand is not None:
+        return
+    if student is None:
+        raise typer.BadParameter("give --student SPEC, such as --student obedient, or a command: compare, check")
+    from llf_teacher.studies.definition.custom_specs import student_spec
+    from llf_teacher.suite import take
+    from llf_teacher.suite.estimate import estimate
+
+    search_here()
+    console = Console(emoji=False, stderr=True, markup=False)
+    before = estimate(student_spec(student), only or (), quick, key)
+    console.print(f"The student plays {before}, less what {store} has already.")
+    with Progress(console=console, transient=True) as progress:
+        task = progress.add_task("episodes", total=None)
+        found = take(
+            student,
+            store,
+            only or (),
+            quick,
+            key,
+            workers,
+            lambda done, total: progress.update(task, completed=done, total=total),
+        )
+    table = Table("ability", "score", "p", title=found.student)
+    for each in found.lines:
+        table.add_row(each.ability, each.words, each.chance)
+    console.print(table)
+    for sentence in found.sentences():
+        console.print(f"- {sentence}")
+    console.print(found.settings())
+    for path in card or ():
+        found.write(path)
+        console.print(f"Card: {path.resolve()}")
+
+
+Card_ = Annotated[Path, typer.Argument(help="JSON file of a card.", exists=True, dir_okay=False)]
+
+
+def compare(first: Card_, second: Card_) -> None:
+    """Compare two cards: the second one's scores less the first one's, each with its interval and test."""
+    from llf_teacher.suite import comparing, digest
+    from llf_teacher.suite.card import chance_words
+
+    table = Table("ability", "difference", "p", title=f"{second} less {first}")
+    for each in comparing.compare(first, second, digest()):
+        table.add_row(each.ability, each.words, chance_words(each.p))
+    Console(emoji=False, markup=False).print(table)
+
+
+def check(
+    files: Annotated[list[Path], typer.Argument(metavar="FILE", help="JSON files of cards.", exists=True)],
+) -> None:
+    """Check that cards are whole, unchanged, and of this version of the suite."""
+    from llf_teacher import suite as suites
+
+    for path in files:
+        card = suites.check(path, suites.digest())
+        typer.echo(f"{path}: a card of {card.suite} ({card.digest}) of {escape_control_chars(card.student)}.")

@@ -1,0 +1,302 @@
+"""A card: the scores of a student, with what decides them, as JSON, Markdown, SVG and HTML."""
+
+import hashlib
+import io
+import json
+import math
+import platform
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+import llf_teacher
+from llf_teacher.studies.analysis.statistics import holm
+from llf_teacher.suite.experiment import all_experiments
+from llf_teacher.suite.score import Score
+from teachers.spec import unknown
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FORMATS = (".json", ".md", ".svg", ".html")
+"""The suffixes of files that a card can be written to."""
+_ALPHA, _HALF, _TINY = 0.05, 0.5, 0.001
+
+
+class CardError(ValueError):
+    """A file is no card, or was changed after it was written."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class AbilityLine:
+    """A line of a card: an ability and its score."""
+
+    name: str
+    ability: str
+    score: float | None
+    """None if it was not measured."""
+    low: float | None
+    """Ends of the 95 % interval; None without one."""
+    high: float | None
+    p: float | None
+    """That there is no contrast, after Holm's correction for all abilities of the card."""
+    seeds: int
+    places: Mapping[str, float]
+    """The score in each environment that counts."""
+    why: str
+    """What was not measured, and why."""
+    alike: bool | None
+    """Where both lessons should be alike: whether they are; None elsewhere."""
+
+    @property
+    def chance(self) -> str:
+        """The p-value as text; empty without one."""
+        return chance_words(self.p)
+
+    @property
+    def words(self) -> str:
+        """The score as text."""
+        if self.score is None:
+            return f"not measured: {self.why}"
+        if self.low is None:
+            return f"{self.score:.2f} (no interval: {self.why})"
+        return f"{self.score:.2f} [{self.low:.2f}, {self.high:.2f}]"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Card:
+    """What a student can do with feedback."""
+
+    suite: str
+    """The version, which fixes worlds, teachers, references and thresholds."""
+    digest: str
+    """Of all that decides a score."""
+    student: str
+    """Its spec, with all settings."""
+    quick: bool
+    key: str
+    """The text from which the seeds are drawn; empty: those of the suite."""
+    lines: Sequence[AbilityLine]
+    cost: Mapping[str, float]
+    """Episodes and turns of the student; answers, tokens in and out, and USD of one that asks a model, 0 if unknown."""
+    failures: int
+    """Episodes that failed."""
+    error: str
+    """The reason of the first of these."""
+    versions: Mapping[str, str]
+
+    @classmethod
+    def of(
+        cls,
+        student: str,
+        scores: Mapping[str, Score],
+        *,
+        suite: str,
+        digest: str,
+        rows: Iterable[Mapping[str, Any]],
+        failures: int = 0,
+        error: str = "",
+        key: str = "",
+        quick: bool = False,
+    ) -> Self:
+        """The card of scores; `rows` are the student's episodes."""
+        measured = [name for name, each in scores.items() if each.measured]
+        adjusted = dict(zip(measured, holm([scores[name].p for name in measured]), strict=True))
+        played = list(rows)
+        counted = ("turns", "answers", "input_tokens", "output_tokens", "usd")
+        cost = {name: math.fsum(row.get(name) or 0 for row in played) for name in counted}
+        return cls(
+            suite=suite,
+            digest=digest,
+            student=student,
+            quick=quick,
+            key=key,
+            lines=tuple(_line(name, each, adjusted.get(name)) for name, each in scores.items()),
+            cost={"episodes": float(len(played)), **cost},
+            failures=failures,
+            error=error,
+            versions={"llf-teacher": llf_teacher.__version__, "python": platform.python_version()},
+        )
+
+    def sentences(self) -> list[str]:
+        """Three sentences: what it does best, what it does not do, and what was not measured."""
+        named = [each for each in self.lines if each.score is not None]
+        shown = sorted(
+            (each for each in named if _for_certain(each)), key=lambda each: (each.alike is not None, -(each.low or 0))
+        )  # to be alike proves less: so are lessons that a student does not hear
+        lacking = sorted(
+            (each for each in named if each.high is not None and each.high < _HALF), key=lambda e: e.high or 0
+        )
+        unmeasured = [each for each in self.lines if each.score is None]
+        said = [
+            f"The student {shown[0].ability}: {shown[0].words}."
+            if shown
+            else "No ability differs significantly from none."
+        ]
+        weak = "; ".join(f"{each.ability} ({each.words})" for each in lacking[:3])
+        said.append(f"Less than half of what the reference has: {weak}." if lacking else "It has half of all or more.")
+        names = ", ".join(each.name for each in unmeasured)
+        said.append(f"Not measured: {names}." if unmeasured else "Everything was measured.")
+        return said
+
+    def as_json(self) -> str:
+        """The card as JSON, with a checksum of itself."""
+        values = asdict(self)
+        return json.dumps(values | {"checksum": _checksum(values)}, indent=1) + "\n"
+
+    @classmethod
+    def load(cls, path: Path | str) -> Self:
+        """The card in a JSON file.
+
+        Raises:
+            CardError: it is none, or was changed.
+        """
+        try:
+            values = json.loads(Path(path).read_text(encoding="utf-8"))
+            checksum = values.pop("checksum")
+            lines = tuple(AbilityLine(**each) for each in values["lines"])
+            card = cls(**values | {"lines": lines})
+        except (OSError, UnicodeDecodeError, ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+            raise CardError(
+                f"{path} is no card of the suite: {error}; `llf suite --card FILE.json` writes one"
+            ) from None
+        if checksum != _checksum(values):
+            raise CardError(f"{path} was changed after it was written: its checksum does not fit; write it anew")
+        return card
+
+    def as_markdown(self) -> str:
+        """The card as a table, with its sentences and settings."""
+        heads = ("ability", "score", "p", "by environment")
+        rows = [
+            (
+                f"{each.name}: {each.ability}",
+                each.words.replace("|", "with"),
+                each.chance,
+                ", ".join(f"{place} {value:.2f}" for place, value in each.places.items()),
+            )
+            for each in self.lines
+        ]
+        table = [f"| {' | '.join(row)} |" for row in (heads, ("---",) * len(heads), *rows)]
+        return "\n".join([f"# `{self.student}`", "", *self.sentences(), "", *table, "", self.settings(), ""])
+
+    def settings(self) -> str:
+        """What decides the scores, and what they cost, in a sentence."""
+        cost = self.cost
+        played = f"{cost['episodes']:.0f} episodes, {cost['turns']:.0f} turns"
+        paid = (
+            f", {cost['answers']:.0f} answers, {cost['input_tokens']:.0f} tokens in, {cost['output_tokens']:.0f} out, "
+            f"{cost['usd']:.4f} USD"
+        )
+        failed = f"; {self.failures} episodes failed, the first: {self.error}" if self.failures else ""
+        which = f"{self.suite} ({self.digest}{', quick' if self.quick else ''}{', own seeds' if self.key else ''})"
+        versions = ", ".join(f"{name} {version}" for name, version in self.versions.items())
+        return f"{which}; {played}{paid if cost['answers'] else ''}{failed}; {versions}."
+
+    def figure(self) -> "Figure":
+        """A dot with its interval for each ability; 0 is no notice, 1 the reference."""
+        from matplotlib import style
+        from matplotlib.figure import Figure
+
+        from llf_teacher.studies.report.plots import SERIES, STYLE
+
+        with style.context(STYLE):
+            figure = Figure(figsize=(7.5, 1.0 + 0.34 * len(self.lines)))
+            axes = figure.subplots()
+            for place, each in enumerate(self.lines):
+                if each.score is None:
+                    axes.text(0.5, place, "not measured", ha="center", va="center", style="italic")
+                    continue
+                if each.low is not None and each.high is not None:
+                    axes.plot([each.low, each.high], [place, place], color=SERIES[0], linewidth=2.2)
+                axes.plot(each.score, place, "o", color=SERIES[0], markersize=7)
+            for value, line in ((0, "-"), (1, ":")):
+                axes.axvline(value, color="0.5", linewidth=1, linestyle=line, zorder=0)
+            axes.set(yticks=range(len(self.lines)), yticklabels=[each.ability for each in self.lines])
+            axes.set_ylim(len(self.lines) - 0.5, -0.5)
+            axes.set_xlabel("0: takes no notice        1: as the reference")
+            axes.set_title(_short(self.student))
+        return figure
+
+    def as_svg(self) -> str:
+        """The picture."""
+        from matplotlib import style
+
+        from llf_teacher.studies.report.plots import STYLE
+
+        file = io.StringIO()
+        with style.context(STYLE):
+            self.figure().savefig(file, format="svg", metadata={"Date": None})
+        return file.getvalue()
+
+    def as_html(self) -> str:
+        """A page that stands alone."""
+        from llf_teacher.theme import pages, style
+
+        return (
+            pages("llf_teacher.suite")
+            .get_template("card.html.j2")
+            .render(card=self, style=style(), picture=self.as_svg()[self.as_svg().index("<svg") :])
+        )
+
+    def write(self, path: Path) -> None:
+        """Write the card in the format of the file's suffix.
+
+        Raises:
+            ValueError: there is no such format.
+        """
+        made = {".json": self.as_json, ".md": self.as_markdown, ".svg": self.as_svg, ".html": self.as_html}
+        if path.suffix not in made:
+            raise ValueError(unknown("format of a card", path.suffix, FORMATS))
+        path.write_text(made[path.suffix](), encoding="utf-8")
+
+
+def chance_words(p: float | None) -> str:
+    """A p-value as text; empty without one."""
+    return "" if p is None else f"< {_TINY}" if p < _TINY else f"{p:.3f}"
+
+
+def check(path: Path | str, digest: str) -> Card:
+    """The card in a file, if it is whole and of this suite.
+
+    Raises:
+        CardError: it is no card, was changed, or is of another version of the suite.
+    """
+    card = Card.load(path)
+    if card.digest != digest:
+        raise CardError(
+            f"{path} is of {card.suite} with the digest {card.digest}, this release has {digest}: "
+            "their scores cannot be compared; take the suite again"
+        )
+    return card
+
+
+def _line(name: str, score: Score, p: float | None) -> AbilityLine:
+    there = score.measured
+    return AbilityLine(
+        name=name,
+        ability=all_experiments()[name].ability,
+        score=score.value if there else None,
+        low=None if math.isnan(score.low) else score.low,
+        high=None if math.isnan(score.high) else score.high,
+        p=p,
+        seeds=score.seeds,
+        places=dict(score.places),
+        why=score.why,
+        alike=score.alike,
+    )
+
+
+def _for_certain(each: AbilityLine) -> bool:
+    """Whether an ability is there: what it saves is significant, or both lessons are alike."""
+    if each.alike is not None:
+        return each.alike
+    return (each.low or 0) > 0 and each.p is not None and each.p < _ALPHA
+
+
+def _checksum(values: Mapping[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()[:16]
+
+
+def _short(text: str, longest: int = 70) -> str:
+    return text if len(text) <= longest else text[: longest - 1] + "…"

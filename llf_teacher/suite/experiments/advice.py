@@ -1,0 +1,17 @@
+"""Takes advice: does what the teacher says to do next.
+
+Lessons of advice (fp) beside as many words that say nothing of the task. A student that does what it is told has no
+regret; the score says nothing of whether it understands why.
+"""
+
+from llf_teacher.suite.experiment import Experiment
+from llf_teacher.suite.places import ARMS, HOUSE, OPTIONS
+
+EXPERIMENT = Experiment(
+    ability="takes advice",
+    better="only(kinds='fp')",
+    worse="only(kinds='fp') | placebo",
+    reference="obedient",
+    ids=(ARMS, HOUSE),
+    options=OPTIONS,
+)

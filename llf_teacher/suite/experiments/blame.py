@@ -1,0 +1,17 @@
+"""Uses blame: acts by what the teacher says was bad.
+
+Lessons of blame (hn) beside a placebo. The teacher is silent after a good action, so it rests on keeping what was said.
+"""
+
+from llf_teacher.suite.experiment import Experiment
+from llf_teacher.suite.places import ARMS, HOUSE, OPTIONS
+
+EXPERIMENT = Experiment(
+    ability="uses blame",
+    better="only(kinds='hn')",
+    worse="only(kinds='hn') | placebo",
+    reference="reasoner(worlds=64)",
+    rests_on=("silence",),
+    ids=(ARMS, HOUSE),
+    options=OPTIONS,
+)

@@ -1,0 +1,20 @@
+"""Is not distracted by words that say nothing of the task.
+
+The truth among three truisms a turn beside the bare truth. The score is 1 if both lose as much, and 0 if the truisms
+cost as much as the reference loses in silence.
+"""
+
+from llf_teacher.suite.experiment import Experiment
+from llf_teacher.suite.places import ARMS, HOUSE, OPTIONS
+
+EXPERIMENT = Experiment(
+    ability="is not distracted by words that say nothing",
+    better="oracle",
+    worse="oracle | verbose",
+    reference="reasoner(worlds=64)",
+    offset=1.0,
+    margin=0.2,
+    unit=("oracle", "silent"),
+    ids=(ARMS, HOUSE),
+    options=OPTIONS,
+)

@@ -1,0 +1,21 @@
+"""Notices that a teacher turns.
+
+A teacher whose advice is true for three turns and false from then on, beside one that falls silent then; only the
+regret after these turns counts. The score is 1 if the lies cost nothing, and 0 if they cost as much as a student loses
+that does whatever it is told. A student that takes no advice at all has 1, so it rests on advice.
+"""
+
+from llf_teacher.suite.experiment import Experiment
+from llf_teacher.suite.places import ARMS, HOUSE, OPTIONS
+
+EXPERIMENT = Experiment(
+    ability="notices that a teacher turns",
+    better="only(kinds='fp') | drifting(after=3)",
+    worse="only(kinds='fp') | drifting(after=3, to='mistake(eps=1.0)')",
+    reference="obedient",
+    offset=1.0,
+    since=3,
+    rests_on=("advice",),
+    ids=(ARMS, HOUSE),
+    options=OPTIONS,
+)

@@ -1,0 +1,21 @@
+"""Understands a teacher in another voice.
+
+The same claims in a curt voice beside the plain one. The score is 1 if both save as much, and less if the curt voice
+saves less; the unit is what the plain voice saves beside a placebo. Without advice both are alike, so it rests on that.
+"""
+
+from llf_teacher.suite.experiment import Experiment
+from llf_teacher.suite.places import ARMS, HOUSE, OPTIONS
+
+EXPERIMENT = Experiment(
+    ability="understands another voice as well",
+    better="oracle",
+    worse="oracle | voice(tone='curt')",
+    reference="reasoner(worlds=64)",
+    offset=1.0,
+    margin=0.2,
+    unit=("oracle", "oracle | placebo"),
+    rests_on=("advice",),
+    ids=(ARMS, HOUSE),
+    options=OPTIONS,
+)

@@ -1,0 +1,17 @@
+"""Heeds warnings: does not do what the teacher says to avoid next.
+
+Lessons of warnings (fn) beside a placebo. A warning leaves several actions, so the reference weighs in which worlds the
+warning would be said.
+"""
+
+from llf_teacher.suite.experiment import Experiment
+from llf_teacher.suite.places import ARMS, HOUSE, OPTIONS
+
+EXPERIMENT = Experiment(
+    ability="heeds warnings",
+    better="only(kinds='fn')",
+    worse="only(kinds='fn') | placebo",
+    reference="reasoner(worlds=64)",
+    ids=(ARMS, HOUSE),
+    options=OPTIONS,
+)

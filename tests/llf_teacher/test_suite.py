@@ -1,0 +1,238 @@
+"""The suite: scores of known losses, cards that are whole, and students that fail."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import stats
+from typer.testing import CliRunner
+
+from llf_teacher.cli import app
+from llf_teacher.registry import entry
+from llf_teacher.suite import Card, all_experiments, check, digest, take
+from llf_teacher.suite.card import AbilityLine, CardError
+from llf_teacher.suite.comparing import _difference, compare
+from llf_teacher.suite.estimate import estimate
+from llf_teacher.suite.experiment import ORDER
+from llf_teacher.suite.play import chosen, seeds_of, study_of
+from llf_teacher.suite.score import Arms, score
+
+DIGEST = "250295501b97ca4f"
+
+
+def arms(better, worse, unit_better=0.0, unit_worse=10.0, n=20, noise=1.0, seed=0, **more):
+    """Losses with these means."""
+    rng = np.random.default_rng(seed)
+    drawn = [mean + noise * rng.normal(size=n) for mean in (better, worse, unit_better, unit_worse)]
+    return {"here": Arms(*drawn, **more)}
+
+
+def test_the_digest_is_that_of_the_version():
+    """If not, a score means something else: give the suite another version."""
+    assert digest() == DIGEST
+
+
+@pytest.mark.parametrize("name", all_experiments())
+def test_an_experiment_is_complete(name):
+    each = all_experiments()[name]
+    assert name in ORDER
+    assert len({entry(id).family.name for id in each.ids}) >= 2
+    assert set(each.rests_on) <= set(all_experiments()) - {name}
+    assert each.offset in (0, 1)
+    study = study_of(["random"], {name: each}, [0])
+    assert set(study.teachers) == set(each.teachers)  # the specs in the store's rows
+    assert each.reference in study.students
+
+
+def test_scores_of_known_losses():
+    assert score(arms(5, 10)).value == pytest.approx(0.5, abs=0.1)
+    assert score(arms(10, 10)).value == pytest.approx(0, abs=0.1)
+    assert score(arms(10, 15), offset=1.0).value == pytest.approx(0.5, abs=0.1)  # half of what the lies cost
+    assert score(arms(5, 5), offset=1.0, margin=0.2).alike
+    assert not score(arms(5, 10), offset=1.0, margin=0.2).alike
+    assert score(arms(5, 10)).p < 0.01
+
+
+def test_the_interval_has_the_noise_of_the_unit():
+    """Over fresh draws it holds the truth about as often as it says, with a unit as noisy as the score."""
+    found = [score(arms(5, 10, noise=4.0, seed=seed)) for seed in range(200)]
+    held = np.mean([each.low <= 0.5 <= each.high for each in found])
+    assert 0.88 <= held <= 0.99
+
+
+@pytest.mark.parametrize(
+    ("given", "why"),
+    [
+        (arms(5, 10, unit_worse=0.0), "the reference saves nothing"),
+        (arms(0.0, 0.5, noise=0.1), "nothing left to save"),
+        (arms(5, 10, unread=0.6), "60% of the answers were no actions"),
+        (arms(5, 10, n=4), "4 seeds are too few"),
+        ({"here": Arms(*np.array([[1.0, np.nan], [2, 2], [0, 0], [5, 5]]))}, "1 of 2 seeds were not played"),
+    ],
+)
+def test_what_was_not_measured_says_why(given, why):
+    found = score(given)
+    assert not found.measured
+    assert why in found.why
+
+
+def test_a_place_that_cannot_be_measured_does_not_count():
+    both = arms(5, 10) | {"there": arms(0, 10, unit_worse=0.0)["here"]}
+    found = score(both)
+    assert list(found.places) == ["here"]
+    assert "there: the reference saves nothing" in found.why
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory):
+    return tmp_path_factory.mktemp("suite") / "suite.db"
+
+
+def test_the_reference_has_1_and_chance_has_0(store):
+    best = take("obedient", store, ["advice", "turncoat"], quick=True, workers=1)
+    assert [each.score for each in best.lines] == pytest.approx([1, 0])
+    deaf = take("random", store, ["advice", "turncoat"], quick=True, workers=1)
+    assert [each.score for each in deaf.lines] == pytest.approx([0, 1])
+    assert "takes advice" in best.sentences()[0]
+
+
+def test_a_card_is_read_as_it_was_written(store, tmp_path):
+    card = take("obedient", store, ["advice"], quick=True, workers=1)
+    for suffix in (".json", ".md", ".svg", ".html"):
+        card.write(tmp_path / f"card{suffix}")
+    assert Card.load(tmp_path / "card.json").as_json() == card.as_json()
+    assert check(tmp_path / "card.json", digest()).student == "obedient"
+    with pytest.raises(CardError, match="cannot be compared"):
+        check(tmp_path / "card.json", "0")
+    text = (tmp_path / "card.json").read_text()
+    (tmp_path / "card.json").write_text(text.replace('"score": 1.0', '"score": 1.5', 1))
+    with pytest.raises(CardError, match="changed after it was written"):
+        Card.load(tmp_path / "card.json")
+    assert "takes advice" in (tmp_path / "card.html").read_text()
+    with pytest.raises(ValueError, match=r"allowed: \.json"):
+        card.write(tmp_path / "card.png")
+
+
+@given(
+    st.recursive(
+        st.none() | st.booleans() | st.floats() | st.text(),
+        lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner),
+    )
+)
+def test_whatever_a_file_holds_is_no_card(tmp_path_factory, value):
+    path = tmp_path_factory.mktemp("card") / "card.json"
+    path.write_text(json.dumps(value))
+    with pytest.raises(CardError, match="is no card of the suite"):
+        Card.load(path)
+
+
+class Broken:
+    """An agent that fails in some lessons."""
+
+    def reset(self, rng):
+        self._turn = 0
+
+    def act(self, observation, info):
+        raise RuntimeError("out of order")
+
+
+def test_an_agent_that_raises_is_not_measured(store):
+    with pytest.warns(RuntimeWarning, match="failed"):
+        card = take(Broken, store, ["advice"], quick=True, workers=1)
+    (line,) = card.lines
+    assert line.score is None
+    assert "seeds were not played" in line.why
+    assert "out of order" in card.error
+    assert "Not measured: advice" in card.sentences()[-1]
+
+
+def test_other_keys_have_other_seeds():
+    assert seeds_of() == seeds_of()
+    assert not set(seeds_of("one")) & set(seeds_of("two"))
+    assert not set(seeds_of("one")) & set(seeds_of())
+    assert len(seeds_of("one", quick=True)) < len(seeds_of("one"))
+
+
+def test_unknown_experiments_are_refused():
+    with pytest.raises(ValueError, match=r"unknown experiment 'advise'.*advice"):
+        chosen(["advise"])
+
+
+def test_the_command(store, tmp_path):
+    command = ["suite", "--student", "obedient", "--quick", "--only", "advice", "--store", f"{store}", "--workers", "1"]
+    result = CliRunner().invoke(app, [*command, "--card", f"{tmp_path / 'card.md'}"])
+    assert result.exit_code == 0, result.output
+    assert "takes advice" in (tmp_path / "card.md").read_text()
+    assert "at most 32 episodes, 384 turns" in result.output
+
+
+MODEL = "llm(model='m', base_url='http://127.0.0.1:9/v1', max_tokens=10{})"
+
+
+def test_an_estimate_is_of_what_would_be_played():
+    """Two teachers and two environments with 8 seeds of 12 turns; only a model with prices has a price."""
+    plain = estimate("obedient", ["advice"], quick=True)
+    assert (plain.episodes, plain.turns, plain.input_tokens, plain.usd) == (32, 384, None, None)
+    model = estimate(MODEL.format(""), ["advice"], quick=True)
+    assert model.output_tokens == 384 * 10
+    assert model.usd is None
+    priced = estimate(MODEL.format(", input_price=2.0, output_price=3.0") + " | stubborn", ["advice"], quick=True)
+    assert priced.usd == pytest.approx((model.input_tokens * 2 + 3840 * 3) / 1e6)
+    shorter = estimate(MODEL.format(", history=1"), ["advice"], quick=True)
+    assert 0 < shorter.input_tokens < model.input_tokens
+
+
+def line(score, half, seeds=20, **more):
+    """A line of a card whose interval has this half width."""
+    ends = {"low": None, "high": None} if half is None else {"low": score - half, "high": score + half}
+    return AbilityLine(
+        name="a", ability="b", score=score, p=0.1, seeds=seeds, places={}, why="skewed", alike=None, **ends, **more
+    )
+
+
+def test_a_difference_of_cards_is_significant_as_often_as_it_says():
+    """Of two cards with equal truth 5 % differ; the interval has the truth in 95 %."""
+    rng = np.random.default_rng(7)
+    rejected = []
+    for _ in range(800):
+        pair = []
+        for n, spread in ((8, 1.0), (20, 3.0)):
+            values = rng.normal(0.4, spread, n)
+            pair.append(line(values.mean(), stats.t.ppf(0.975, n - 1) * stats.sem(values), n))
+        found = _difference(*pair)
+        assert (found.p < 0.05) == (not found.low <= 0 <= found.high)
+        rejected.append(found.p < 0.05)
+    assert 0.03 < np.mean(rejected) < 0.07
+
+
+def test_a_difference_that_cannot_be_tested_says_why():
+    assert _difference(line(0.2, 0.1), line(0.5, None)).words == "+0.30 (no interval: second card: skewed)"
+    assert _difference(line(None, None), line(0.5, 0.1)).words == "not measured: first card: skewed"
+    assert _difference(line(1.0, 0.0), line(0.0, 0.0)).p == 0
+
+
+def test_cards_are_compared_and_checked(store, tmp_path):
+    files = [f"{tmp_path / name}.json" for name in ("obedient", "random")]
+    for name, file in zip(("obedient", "random"), files, strict=True):
+        take(name, store, ["advice"], quick=True, workers=1).write(Path(file))
+    (found,) = compare(*files, digest())
+    assert found.value == pytest.approx(-1)
+    assert found.p < 0.01
+    with pytest.raises(CardError, match="cannot be compared"):
+        compare(*files, "0")
+    result = CliRunner().invoke(app, ["suite", "compare", *files])
+    assert "-1.00 [" in result.output
+    result = CliRunner().invoke(app, ["suite", "check", *files])
+    assert "of obedient." in result.output
+    take("random", store, ["turncoat"], quick=True, workers=1).write(Path(files[1]))
+    with pytest.raises(CardError, match="no ability in common: advice; turncoat"):
+        compare(*files, digest())
+
+
+def test_a_suite_without_a_student_says_what_to_give():
+    result = CliRunner().invoke(app, ["suite"])
+    assert result.exit_code == 2
+    assert "give --student SPEC" in result.output
