@@ -392,7 +392,8 @@ class BanditOracle(Oracle[Truth, Bandit]):
         arms = len(truth.means)
         ranked = sorted(range(arms), key=lambda arm: -truth.means[arm])
         most = math.ceil(_STEPS * max(truth.means)) / _STEPS
-        better = [OneOf(arms=tuple(sorted(ranked[:size]))) for size in (arms // 2, _FEW) if 1 < size <= arms // 2]
+        sizes = [size for size in dict.fromkeys((arms // 2, _FEW)) if 1 < size <= arms // 2]
+        better = [OneOf(arms=tuple(sorted(ranked[:size]))) for size in sizes]
         told = self.lab.problem.fixed or (truth.spread == 0 and most >= 1)  # a student knows it without words
         rules = _rules(truth.law)
         return *better[:1], *rules[:1], *(() if told else (NoMoreThan(most=most),)), *rules[1:], *better[1:]

@@ -139,6 +139,21 @@ def test_claims_know_how_far_they_reach():
     assert Scope.FAMILY.lasts
 
 
+@pytest.mark.parametrize("arms", [6, 7])
+def test_where_three_arms_are_the_better_half_they_are_named_once(arms):
+    oracle, moment = next(pupil("bandits", 1, arms=arms).judged())
+    assert [clue.arms for clue in oracle.clues(moment.after) if isinstance(clue, OneOf)] == [
+        tuple(sorted(np.argsort(moment.after.means)[-3:].tolist()))
+    ]
+
+
+def test_no_words_of_a_clue_say_that_a_way_is_short_or_a_thing_the_only_one():
+    """The way may lead north to what lies no farther north, and another mug may lie in the open."""
+    for name, clue in (("gridworld", NotTowards(side=DIRECTIONS[0])), ("alfworld", ShutIn(thing="mug"))):
+        said = FAMILIES[name].phrasebook().sentences(clue)
+        assert not [each for each in said if "need not go" in each or "have to open" in each]
+
+
 def test_clues_that_differ_about_the_same_thing_exclude_each_other():
     hall, no_hall, kitchen = InRoom(room="hall"), NotInRoom(room="hall"), InRoom(room="kitchen")
     assert hall.excludes(no_hall)
