@@ -2,7 +2,7 @@
 
 from abc import abstractmethod
 from collections.abc import Sequence, Set
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -24,6 +24,9 @@ from teachers.atoms import (
     opposed,
 )
 from worlds.world import World
+
+SIGNS = ("positive", "negative", "zero")
+"""The signs of a reward."""
 
 
 def as_said(number: float) -> str:
@@ -250,7 +253,7 @@ class Paid(Claim[Any]):
 
     kind = R
     commonplace = Reward.commonplace
-    sign: str
+    sign: Annotated[str, SIGNS]
 
     def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
         """Compare with the world's payment."""

@@ -3,12 +3,15 @@
 import json
 from collections.abc import Sequence
 from itertools import islice
+from typing import Annotated
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, claim, slot
 from teachers.oracles.movies import checks
 from worlds.movies import AGE, AGE_NAMES, Movies, Truth, answer_of
 from worlds.movies.catalogue import AGES
 
+Attribute = Annotated[str, (*checks.NAMES,)]
+"""What a title has and a user can have a wish for."""
 LISTED = 3
 """The most works that are named where a title could be several."""
 
@@ -57,7 +60,7 @@ class Answer(Claim[Truth, Movies]):
 
 @claim
 class _Wished(Claim[Truth, Movies]):
-    attribute: str
+    attribute: Attribute
     wish: str
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
@@ -115,7 +118,7 @@ class TriedInVain(_Title):
 
     kind = HN
     tried = True
-    attribute: str
+    attribute: Attribute
     found: str
     wanted: str
 
@@ -197,7 +200,7 @@ class AttributeFits(_Item):
     """True if title `item` of the last list is `title`, and its `attribute`, `found`, meets the user's wish."""
 
     kind = HP
-    attribute: str
+    attribute: Attribute
     found: str
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
@@ -215,7 +218,7 @@ class AttributeMisses(_Item):
     """True if title `item` of the last list is `title`, and its `attribute`, `found`, does not meet `wanted`."""
 
     kind = HN
-    attribute: str
+    attribute: Attribute
     found: str
     wanted: str
 
@@ -407,7 +410,7 @@ class AvoidTrait(Claim[Truth, Movies]):
 
     kind = FN
     commonplace = "nearly every trait that titles share misses some wish; the warning rules out a single one"
-    attribute: str
+    attribute: Attribute
     trait: str
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:

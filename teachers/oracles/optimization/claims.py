@@ -1,7 +1,8 @@
 """The claims about proposals, each checked by making the proposals in the lab."""
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, TypeVar
+from itertools import product
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +15,8 @@ NumbersT = TypeVar("NumbersT", float, npt.NDArray[np.float64])
 """A number, or an array of them."""
 NAMES = ("x1", "x2")
 """The coordinates."""
+WAYS = tuple(f"{one} x1 and {other} x2" for one, other in product(("raise", "lower", "leave"), repeat=2))
+"""What can become of both."""
 
 
 def proposed(lab: Optimization, truth: Truth, point: Point) -> float:
@@ -294,7 +297,7 @@ opposed(Fell, Rose)
 class _Changed(_Change):
     """Base of verdicts on the change of one coordinate alone."""
 
-    name: str
+    name: Annotated[str, NAMES]
     """`x1` or `x2`."""
     start: float
     end: float
@@ -335,7 +338,7 @@ opposed(Helped, Hurt)
 class _Course(_Targeted):
     """Base of advice whose phrases also name the directions."""
 
-    ways: str
+    ways: Annotated[str, WAYS]
     """What becomes of the coordinates, such as `raise x1 and lower x2`."""
     now: float
     loss: float
@@ -406,7 +409,7 @@ class Way(Grounded[Truth, Optimization]):
     """True if a point in these directions has a loss below `now`, which is that of the last proposal."""
 
     kind = FP
-    ways: str
+    ways: Annotated[str, WAYS]
     """What becomes of the coordinates, such as `raise x1 and lower x2`."""
     now: float
 

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from typing import Annotated
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Verdict, claim, opposed, slot
 from teachers.oracles.parking.checks import (
@@ -23,7 +24,13 @@ from teachers.oracles.parking.checks import (
     write,
 )
 from teachers.oracles.parking.field import MARGIN, gain_of
+from teachers.spec import Range
 from worlds.parking import Action, Parking, Truth
+
+Share = Annotated[float, Range(-1, 1)]
+"""A number of an action."""
+Way = tuple[tuple[Share, Share], ...]
+"""Actions in order."""
 
 
 @claim
@@ -81,7 +88,7 @@ class _Named(ActionClaim[Truth, Parking]):
 
 @claim
 class _Begun(_Named):
-    rest: tuple[Action, ...]
+    rest: Way
 
     @property
     def whole(self) -> tuple[Action, ...]:
@@ -202,7 +209,7 @@ class Doomed(_Made):
 
 @claim
 class _Followed(Verdict[Truth, Parking], _Made):
-    way: tuple[Action, ...]
+    way: Way
 
     @property
     def effort(self) -> str:
@@ -316,8 +323,8 @@ class Push(Claim[Truth, Parking]):
     """True if the actions of `way` park the car and the first of them uses the pedal so."""
 
     kind = FP
-    pedal: str
-    way: tuple[Action, ...]
+    pedal: Annotated[str, PEDALS]
+    way: Way
 
     def holds(self, moment: Moment[Truth], lab: Parking) -> bool:
         """Drive them."""
@@ -332,7 +339,7 @@ class Push(Claim[Truth, Parking]):
 class Steer(Push):
     """True if the actions of `way` park the car and the first of them uses pedal and wheel so."""
 
-    wheel: str
+    wheel: Annotated[str, WHEELS]
 
     def holds(self, moment: Moment[Truth], lab: Parking) -> bool:
         """Drive them."""
@@ -380,8 +387,8 @@ class Detour(_Named):
     """
 
     kind = FN
-    way: tuple[Action, ...]
-    detour: tuple[Action, ...]
+    way: Way
+    detour: Way
 
     @property
     def effort(self) -> str:
