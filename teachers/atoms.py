@@ -464,8 +464,8 @@ class Utterance(str):
 
     @classmethod
     def of(cls, atoms: Sequence[Atom]) -> "Utterance":
-        """Join the texts of atoms."""
-        return cls(" ".join(atom.text for atom in atoms), tuple(atoms))
+        """Join the texts of atoms, of which one that shares a text with another may have none."""
+        return cls(" ".join(atom.text for atom in atoms if atom.text), tuple(atoms))
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Utterance, (str(self), self.atoms)

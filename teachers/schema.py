@@ -2,19 +2,24 @@
 
 import json
 import math
-from collections.abc import Callable, Iterable, Mapping
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields
 from enum import Enum
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 from inspect import cleandoc
+from itertools import pairwise
 from typing import Annotated, Any, NamedTuple, get_args, get_origin
 
-from teachers.atoms import HN, HP, ActionClaim, Claim, FeedbackType, Grounded, Moment, PlanClaim
+from rapidfuzz import fuzz
+
+from teachers.atoms import HN, HP, ActionClaim, Atom, Claim, FeedbackType, Grounded, Moment, PlanClaim, Utterance
 from teachers.oracle import Oracle, claims_of
+from teachers.phrasebook import Phrasebook
 from teachers.spec import Range, unknown
 from worlds.world import World
 
-__all__ = ["Message", "Vocabulary", "find_message", "holds"]
+__all__ = ["Message", "Vocabulary", "find_message", "holds", "in_own_words", "sentences_of"]
 
 TYPE = "type"
 """The key that names a claim's class."""
@@ -59,7 +64,7 @@ class Vocabulary:
     @classmethod
     def of(cls, oracle: Oracle) -> "Vocabulary":
         """That of an oracle, whose lab knows the actions."""
-        return cls(oracle.claims(), lambda: oracle.lab)
+        return cls(oracle.claims(), partial(getattr, oracle, "lab"))
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Vocabulary) and other.classes == self.classes
@@ -224,23 +229,57 @@ def _refuse(constant: str) -> Any:
     raise ValueError(f"{constant} is no number of JSON")
 
 
-def holds(claim: Claim, moment: Moment[Any], oracle: Oracle) -> bool:
+def holds(claim: Claim, moment: Moment[Any], oracle: Oracle, voice: Phrasebook | None = None) -> bool:
     """Whether a claim is true of a moment, by its check; by what it means if its ground is not known.
 
     Args:
         claim: any claim of the oracle's vocabulary, however strange.
         moment: of the episode on which the oracle has started.
         oracle: its lab is used.
+        voice: has to have words for it; None: it need not be said.
 
     Raises:
-        ValueError: it cannot be checked: the world knows no such thing.
+        ValueError: it cannot be checked or worded: the world knows no such thing.
     """
     try:
+        if voice is not None:
+            voice.sentences(claim)
         if isinstance(claim, Grounded) and not claim.grounded:
             return bool(claim.means(moment, oracle))
         return bool(claim.holds(moment, oracle.lab))
     except Exception as error:  # the check of a claim of an oracle need not be ready for any field
         raise ValueError(f"{type(claim).__name__} cannot be checked: {type(error).__name__}: {error!s:.80}") from None
+
+
+def in_own_words(atoms: Sequence[Atom], text: str, voice: Phrasebook) -> Utterance:
+    """A text that a policy gives for its claims, as an utterance.
+
+    Sentences and claims are paired by their likeness to what the voice would say, the most alike first. Sentences that
+    are left over have no claim, and claims that are left over have no text. Whether a sentence says what its claim says
+    is not checked.
+    """
+    sentences = sentences_of(text)[:MOST_ITEMS]
+    likeness = {
+        (i, j): max(fuzz.token_sort_ratio(sentence, each) for each in words)
+        for i, words in enumerate(voice.sentences(atom.claim) for atom in atoms)
+        for j, sentence in enumerate(sentences)
+    }
+    pairs: dict[int, int] = {}
+    for i, j in sorted(likeness, key=lambda pair: (-likeness[pair], pair)):
+        if i not in pairs and j not in pairs.values():
+            pairs[i] = j
+    order = sorted(range(len(atoms)), key=lambda i: (pairs.get(i, MOST_ITEMS), i))
+    return Utterance(text, tuple(atoms[i]._replace(text=sentences[pairs[i]] if i in pairs else "") for i in order))
+
+
+def sentences_of(text: str) -> list[str]:
+    """The sentences of a text, as they are written."""
+    cuts = [0, *(end.end() for end in _ENDS.finditer(text)), len(text)]
+    parts = (text[begin:end].strip() for begin, end in pairwise(cuts))
+    return [part for part in parts if any(map(str.isalnum, part))]
+
+
+_ENDS = re.compile(r"[.!?][\"')\]]*\s|\n")
 
 
 def _can_be_said(cls: type[Claim]) -> bool:

@@ -35,7 +35,8 @@ class Recorder:
     def check(self, turn: Turn) -> tuple[tuple[Atom, Label], ...]:
         """What was said in a turn, each claim with its label; the turns before have to be checked before."""
         self._moments[turn.moment.turn :] = [turn.moment]
-        return tuple((atom, atom.label(self._moments, self._lab)) for atom in turn.atoms)
+        oracle = self._view.session.teacher.oracle
+        return tuple((atom, atom.label(self._moments, self._lab, oracle)) for atom in turn.atoms)
 
     def note(self, **answer: Any) -> TurnRow:
         """Note the session's last turn; `answer` has further columns, of what a model answered."""
@@ -58,6 +59,8 @@ class Recorder:
             atoms=[as_dict(atom, label, self.family) for atom, label in atoms],
             unchecked=unchecked(feedback, [atom.text for atom, _ in atoms]) or None,
             changes=len(getattr(self._speaker, "changes", ())) or None,
+            unbuilt=sum(len(offer.unbuilt) for offer in session.offers) or None,
+            withheld=len(getattr(self._speaker, "withheld", ())) or None,
         )._replace(**answer)
         self.rows.append(row)
         return row
