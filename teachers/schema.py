@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields
 from enum import Enum
-from functools import cache, cached_property, partial
+from functools import cache, cached_property
 from inspect import cleandoc
 from itertools import pairwise
 from typing import Annotated, Any, NamedTuple, get_args, get_origin
@@ -50,30 +50,30 @@ class Vocabulary:
 
     Args:
         claims: the classes of a family. A class of all families is called `common.Name` where the family has its name.
-        make_world: makes the world that decides which actions there are; None: only their form is checked.
+        oracle: its lab decides which actions there are; None: only their form is checked.
     """
 
-    def __init__(self, claims: Iterable[type[Claim]], make_world: Callable[[], World[Any]] | None = None) -> None:
+    def __init__(self, claims: Iterable[type[Claim]], oracle: Oracle | None = None) -> None:
         own = {cls.__name__: cls for cls in claims if _can_be_said(cls)}
         shared = [cls for cls in claims_of("teachers.common") if _can_be_said(cls)]
         also = {f"common.{cls.__name__}" if cls.__name__ in own else cls.__name__: cls for cls in shared}
         self.classes: dict[str, type[Claim]] = own | also
         """The classes by their names."""
-        self._make_world = make_world
+        self._oracle = oracle
 
     @classmethod
     def of(cls, oracle: Oracle) -> "Vocabulary":
-        """That of an oracle, whose lab knows the actions."""
-        return cls(oracle.claims(), partial(getattr, oracle, "lab"))
+        """That of an oracle."""
+        return cls(oracle.claims(), oracle)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Vocabulary) and other.classes == self.classes
 
     __hash__ = None  # type: ignore[assignment]  # it is mutable
 
-    @cached_property
+    @property
     def _world(self) -> World[Any] | None:
-        return None if self._make_world is None else self._make_world()
+        return None if self._oracle is None else self._oracle.lab
 
     @cached_property
     def _names(self) -> dict[type[Claim], str]:
@@ -192,6 +192,16 @@ class Vocabulary:
             except ValueError as error:
                 problems.append(f"{error}")
         return Message(tuple(claims), text.strip(), tuple(problems))
+
+    def holds(self, claim: Claim, moment: Moment[Any]) -> bool:
+        """Whether a claim is true of a moment of the episode on which the oracle has started.
+
+        Raises:
+            ValueError: it cannot be checked, or there is no oracle.
+        """
+        if self._oracle is None:
+            raise ValueError("a claim can be checked only by an oracle; make the vocabulary by Vocabulary.of(oracle)")
+        return holds(claim, moment, self._oracle)
 
     def listing(self, kinds: Iterable[str] = tuple(FeedbackType)) -> str:
         """The classes of some kinds with their fields and what they say, one a line, for a prompt."""
