@@ -7,10 +7,10 @@ from functools import cache
 from operator import itemgetter
 from typing import Any, NamedTuple
 
-from llf_teacher.students.sentences import Beginnings, Place, Sentence, Text
 from teachers.atoms import ActionClaim, Claim
 from teachers.common import Late
 from teachers.phrasebook import Phrasebook
+from teachers.sentences import Beginnings, Place, Sentence, Text
 from teachers.voice import PLAIN
 
 
@@ -23,6 +23,8 @@ class Heard(NamedTuple):
     """The text in each slot."""
     about_turn: int | None
     """The turn that the sentence names; None if it names none."""
+    span: tuple[int, int]
+    """Where it begins and ends in the text."""
 
 
 class Reader:
@@ -59,7 +61,7 @@ class Reader:
                 continue
             if best:
                 slots = {name: heard[span] for name, span in best.place.slots.items()}
-                yield Heard(best.line.claim, slots, about)
+                yield Heard(best.line.claim, slots, about, (at, best.place.end))
                 at = best.place.end
             else:
                 at = heard.next(None if self._unread else self._lines, at)
