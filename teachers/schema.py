@@ -19,7 +19,7 @@ from teachers.phrasebook import Phrasebook
 from teachers.spec import Range, unknown
 from worlds.world import World
 
-__all__ = ["Message", "Vocabulary", "find_message", "holds", "in_own_words", "sentences_of"]
+__all__ = ["Message", "Vocabulary", "find_message", "holds", "in_own_words", "names_of", "sentences_of"]
 
 TYPE = "type"
 """The key that names a claim's class."""
@@ -428,3 +428,8 @@ def _shown(value: Any) -> str:
         return f"{value!r}"
     size = f" of {len(value)}" if hasattr(value, "__len__") else ""
     return f"a {type(value).__name__}{size}"
+
+
+def names_of(cls: type[Claim]) -> dict[str, list[str]]:
+    """The fields of a class that are of an enumeration, each with all names."""
+    return {field: form.schema["enum"] for field, form in _forms(cls).items() if "enum" in form.schema}
