@@ -44,35 +44,10 @@ OWN = 0.5
 FOREIGN, STRANGE = 0.2, 1
 """The share of claims below which their words are foreign to others, and how many strange words a sentence may have."""
 _PAST = frozenset("was were did had have has been got went gone pulled took brought chose came".split())  # noqa: SIM905
-_DIGITS = {
-    word: number
-    for number, word in enumerate(
-        [
-            "zero",
-            "-",
-            "two",
-            "three",
-            "four",
-            "five",
-            "six",
-            "seven",
-            "eight",
-            "nine",
-            "ten",
-            "eleven",
-            "twelve",
-            "thirteen",
-            "fourteen",
-            "fifteen",
-            "sixteen",
-            "seventeen",
-            "eighteen",
-            "nineteen",
-            "twenty",
-        ]
-    )
-    if word != "-"  # "one" is mostly a pronoun
-} | {"thirty": 30, "forty": 40, "fifty": 50}
+_NUMBERS = """two three four five six seven eight nine ten eleven twelve thirteen fourteen fifteen sixteen seventeen
+eighteen nineteen twenty"""
+_DIGITS = {word: number for number, word in enumerate(_NUMBERS.split(), 2)} | {"zero": 0, "thirty": 30, "forty": 40}
+"""Numbers in words, without "one", which is mostly a pronoun."""
 _ORDINALS = {word: i for i, word in enumerate("first second third fourth fifth sixth".split(), 1)}  # noqa: SIM905
 _SHORT = {
     "n't": " not", "'re": " are", "'ve": " have", "'ll": " will", "'d": " would", "'m": " am", "cannot": "can not",
