@@ -80,7 +80,7 @@ if __name__ == "__main__":
             lacking += [f"{name}, not found: {'; '.join(missing) or 'none'}"]
             for row in rows:
                 table.add_row(*row)
-    console = Console(width=120)
+    console = Console(emoji=False, width=120)
     console.print(table)
     for line in lacking:
         console.print(line, markup=False)

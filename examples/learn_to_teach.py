@@ -252,7 +252,7 @@ def train(
     rollouts.collect()
     model.policy.features_extractor.fit(rollouts.buffer.observations.reshape(-1, *_SEEN.shape))
     ends = {round(updates * (stage + 1) / _STAGES) for stage in range(_STAGES)} - {0}
-    with Progress(console=Console(stderr=True)) as progress:
+    with Progress(console=Console(emoji=False, stderr=True)) as progress:
         for update in progress.track(range(1, updates + 1), description="decisions"):
             rollouts.collect()
             model.train()

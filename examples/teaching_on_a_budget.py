@@ -121,7 +121,7 @@ def main() -> None:
         for given in SETTINGS:
             setting = given._replace(episodes=arguments.episodes or given.episodes)
             lives = curves[setting.id] = {}
-            for teacher in track(TEACHERS, setting.id, console=Console(stderr=True)):
+            for teacher in track(TEACHERS, setting.id, console=Console(emoji=False, stderr=True)):
                 seeds = range(arguments.seeds)
                 lives[teacher] = np.array(
                     list(pool.map(lifetime, [setting] * len(seeds), [teacher] * len(seeds), seeds))

@@ -92,7 +92,8 @@ def entry(id: str) -> Entry:
             return entries[newest]
     from teachers.spec import unknown
 
-    raise ValueError(unknown("environment", id, ids(), where="`llf list` and llf_teacher.ids()"))
+    near = [f"{GYM}{id}"] if id in gymnasium.registry else None
+    raise ValueError(unknown("environment", id, ids(), where="`llf list` and llf_teacher.ids()", near=near))
 
 
 def _version(id: str) -> int:

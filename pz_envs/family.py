@@ -136,9 +136,17 @@ class Family(Subject):
         if unknown_names := [name for name in options if name not in allowed]:
             from teachers.spec import unknown
 
-            hint = unknown("option", unknown_names[0], allowed)
+            hint = f"{unknown('option', unknown_names[0], allowed)}{self.elsewhere(unknown_names[0])}"
             raise ValueError(f"{cls.__name__} does not take these options: {hint}")
         return cls(**options)
+
+    def elsewhere(self, option: str) -> str:
+        """The families whose worlds have an option, to complete a message; empty if none has it."""
+        able = []
+        for family in all_families():
+            with contextlib.suppress(ModuleNotFoundError):  # an extra is not installed
+                able += [family.name] if option in family.options() else []
+        return f"; families with the option {option!r}: {', '.join(able)}" if able else ""
 
     def options(self) -> tuple[str, ...]:
         """The names of the world's options; errors as in `make_world`."""
@@ -192,6 +200,13 @@ class Family(Subject):
     def posterior_needs(self) -> Mapping[str, Any]:  # type: ignore[override]  # of a base that has none
         """Options of a world that has a posterior, where by default it has none."""
         return self._posterior.needs if self.posterior else super().posterior_needs
+
+    @property
+    def posterior_abilities(self) -> frozenset[str]:  # type: ignore[override]  # of a base that has none
+        """What teachers can do by the posterior; see `teachers.oracle.ABILITIES`."""
+        from teachers.witness import abilities_of
+
+        return abilities_of(self._posterior) if self.posterior else frozenset()
 
     def make_posterior(self, world: "World[Any]") -> "Posterior[Any]":
         """What a student cannot know of such a world; errors as in `Subject.make_posterior`."""

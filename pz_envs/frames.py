@@ -1,7 +1,7 @@
 """Frames of an episode: the picture of the world, and beside it the student's action and the teacher's words."""
 
 import copy
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,7 +16,7 @@ from worlds.pictures.canvas import Canvas, Frame, height_of
 from worlds.pictures.themes import LARGE, MEDIUM, SMALL, THEMES, Theme
 from worlds.world import World, WorldTurn
 
-__all__ = ["HEIGHT", "VIEW", "WIDTH", "EpisodeRenderer", "SpokenSentence", "tile_frames"]
+__all__ = ["HEIGHT", "VIEW", "WIDTH", "EpisodeRenderer", "SpokenSentence", "format_action", "tile_frames"]
 
 WIDTH, HEIGHT = 640, 480
 """Size of a frame, in pixels."""
@@ -39,6 +39,8 @@ class SpokenSentence(NamedTuple):
     kind: FeedbackType | None
     verdict: Label
     speaker: str = ""
+    remark: str = ""
+    """What else frames show beside its kind."""
 
 
 class EpisodeRenderer:
@@ -102,6 +104,10 @@ class EpisodeRenderer:
                 SpokenSentence(words, None, Label.UNCHECKED),
             )
 
+    def remark(self, remarks: Mapping[str, str]) -> None:
+        """Set what frames show beside the last sentences, by their texts."""
+        self.sentences = tuple(each._replace(remark=remarks.get(each.text, "")) for each in self.sentences)
+
     def _checked(self, atoms: Sequence[Atom]) -> tuple[SpokenSentence, ...]:
         return tuple(SpokenSentence(atom.text, atom.kind, self._verdict(atom), atom.speaker) for atom in atoms)
 
@@ -142,7 +148,7 @@ class EpisodeRenderer:
         did = (
             ""
             if not moment.turn
-            else f"The student: {_format_action(moment.action)} (reward {moment.reward + 0.0:.4g})\n"
+            else f"The student: {format_action(moment.action, self.lab)} (reward {moment.reward + 0.0:.4g})\n"
         )
         return (status, "muted"), (did, "action"), *self.picture.text(self.sight(seen))
 
@@ -196,7 +202,8 @@ class EpisodeRenderer:
         if moment.turn:
             canvas.text((0, y), "The student", SMALL, theme.muted, anchor="lt")
             canvas.text((canvas.width, y), f"reward {moment.reward + 0.0:.4g}", SMALL, theme.muted, anchor="rt")
-            y = canvas.paragraph((0, y + 17), _format_action(moment.action), canvas.width, 44, MEDIUM) + _ROOM_BELOW
+            y = canvas.paragraph((0, y + 17), format_action(moment.action, self.lab), canvas.width, 44, MEDIUM)
+            y += _ROOM_BELOW
             canvas.line([(0, y), (canvas.width, y)], theme.faint)
             y += _ROOM_BELOW
         if self.sentences or self.heard:
@@ -223,12 +230,14 @@ class EpisodeRenderer:
         theme, middle = self.theme, y + size * 0.72
         colour = getattr(theme, KIND_COLOURS[sentence.kind]) if self.heard else theme.muted
         x = canvas.tag((0, middle), kind_word(sentence.kind, self.moments[-1].turn == 0), colour, SMALL - 1)
-        if sentence.speaker:
-            canvas.text((x + 6, middle), sentence.speaker, SMALL, theme.muted)
+        if beside := " ".join(filter(None, (sentence.speaker, sentence.remark))):
+            canvas.text((x + 6, middle), beside, SMALL, theme.muted)
         if (verdict := VERDICTS.get(sentence.verdict)) is not None:
-            ink = theme.green if verdict.holds else theme.red
-            taken = canvas.text((canvas.width, middle), verdict.word, SMALL, ink, anchor="rm", bold=not verdict.holds)
-            canvas.mark((canvas.width - taken - 9, middle), verdict.holds, 4.5)
+            ink = {True: theme.green, False: theme.red, None: theme.muted}[verdict.holds]
+            bold = verdict.holds is False
+            taken = canvas.text((canvas.width, middle), verdict.word, SMALL, ink, anchor="rm", bold=bold)
+            if verdict.holds is not None:
+                canvas.mark((canvas.width - taken - 9, middle), verdict.holds, 4.5)
         ink = theme.ink if self.heard else theme.muted
         below = canvas.paragraph((0, y + size * _HEAD), sentence.text, canvas.width, room - size * _HEAD, size, ink)
         return below + size * 0.55
@@ -240,10 +249,13 @@ def _theme(name: str) -> Theme:
     return THEMES[name]
 
 
-def _format_action(action: Any) -> str:
-    """The student's action as text."""
+def format_action(action: Any, world: World[Any]) -> str:
+    """A student's action as text, by its name in a world that has names for its actions."""
     if isinstance(action, ParseFailure):
         return f"(not understood) {action.got}"
+    names = getattr(world, "names", None)
+    if isinstance(names, Mapping) and action in names:
+        return str(names[action])
     if isinstance(action, tuple) and all(isinstance(each, float) for each in action):
         return f"[{', '.join(f'{each:.3g}' for each in action)}]"
     return f"{action}"

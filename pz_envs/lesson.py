@@ -35,9 +35,10 @@ class Lesson(Subject):
     Args:
         env: an environment, or a function without arguments that makes one.
         oracle: a subclass of `Oracle`, or a function that makes an oracle, given a function that makes scratch worlds.
-            Truths are `worlds.wrapped.gym_world.Position`s. Or a planner, or its name: a tier of
-            `teachers.planning.TIERS`, or `auto` for the highest that serves the environment; it brings phrases and
-            `look`, and words that it knows. None: `RewardOracle`.
+            Truths are `worlds.wrapped.gym_world.Position`s. Or a planner of `teachers.planning`, or its name with
+            arguments, as in `exact(gamma=0.95)`: `exact` where all transitions can be known, `searched` where a search
+            finds what to do, `expert` where an expert is known, or `auto` for the first of these that serves the
+            environment. A planner brings phrases and `look`, and words that it knows. None: `RewardOracle`.
         phrases: the oracle's phrases: a dict of lists by claim class or by its name, or the path of a TOML file.
         look, snapshot, success, describe, action_words, reward_range: see `worlds.wrapped.gym_world.GymWorld`.
         name: of the lesson; None: the environment's name.

@@ -6,7 +6,7 @@ import inspect
 import json
 import re
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from functools import cache, cached_property, partial
 from importlib import metadata
@@ -15,6 +15,7 @@ from typing import Any, Unpack
 
 import gymnasium
 from gymnasium.envs.registration import EnvSpec, load_env_creator
+from rapidfuzz import fuzz
 
 from pz_envs.learning import StateValues
 from pz_envs.lesson import Lesson, least, limits_of
@@ -41,6 +42,8 @@ _EXTRAS = {"minigrid": "minigrid"}
 _OURS = ("llf-", "verbal-", "teacher/")
 _MAKES = ("max_episode_steps",)  # arguments of `gymnasium.make` that matter here
 _KEPT = 8  # lessons that are planned, of each id
+_VERSION = re.compile(r"-v\d+$")
+_NEAR, _LIKE = 3, 75.0  # ids that are suggested at most, and how alike in percent they are at least
 
 
 class Registered(Subject):
@@ -290,12 +293,32 @@ def _unknown(id: str, name: str) -> str:
         allowed = ", ".join(f"{GYM}{each}" for each in others)
         newest = f", or {GYM}{base} for the newest version" if base != name else ""
         return f"Gymnasium {gymnasium.__version__} has no {name!r}; allowed: {allowed}{newest}"
-    ids = [f"{GYM}{each.id}" for each in gymnasium.registry.values() if not each.id.startswith(_OURS)]
-    where = "gymnasium.pprint_registry()"
     module, _, _ = id.removeprefix(GYM).rpartition(":")
     if module:
         return f"{id}: the module {module!r} neither registers nor defines {name!r}; mend the name of one of them"
-    return (
-        f"{unknown('environment', id, ids, where=where)}; those of another package need the module that registers "
-        f"them, as in '{GYM}package.module:{name}'"
-    )
+    for home in dict.fromkeys(_HOMES.values()):
+        with contextlib.suppress(ImportError):
+            importlib.import_module(home)
+    ids = [each for each in gymnasium.registry if not each.startswith(_OURS)]
+    near = [f"{GYM}{each}" for each in _nearest(name, ids)]
+    said = unknown("environment", id, ids, where="gymnasium.pprint_registry()", near=near)
+    return f"{said}; those of another package need the module that registers them, as in '{GYM}package.module:{name}'"
+
+
+def _nearest(name: str, ids: Iterable[str]) -> list[str]:
+    """At most three ids that contain a name, or are spelled nearly like it; of several versions the newest."""
+    got = _letters(name)
+    newest: dict[str, str] = {}
+    for id in sorted(ids, key=lambda id: gymnasium.registry[id].version or 0):
+        newest[_letters(id)] = id
+
+    def likeness(letters: str) -> tuple[bool, float]:
+        return len(got) > 2 and got in letters, fuzz.ratio(got, letters)
+
+    likely = sorted(sorted(newest), key=likeness, reverse=True)[:_NEAR]  # sorting is stable: those alike by their names
+    return [newest[each] for each in likely if likeness(each) >= (False, _LIKE)]
+
+
+def _letters(id: str) -> str:
+    """Letters and digits of an id, without its version."""
+    return re.sub(r"[\W_]", "", _VERSION.sub("", id)).lower()

@@ -180,6 +180,7 @@ class Settings:
         given: Self | None = None,
         others: Iterable[str] = (),
         refused: Iterable[str] = (),
+        elsewhere: Callable[[str], str] = lambda _: "",
         **defaults: Any,
     ) -> Self:
         """The settings that a door was given.
@@ -192,6 +193,7 @@ class Settings:
                 door's own default counts.
             others: what the door takes besides, for errors.
             refused: fields that the door does not take.
+            elsewhere: says of an unknown keyword what takes it, to complete the message.
             defaults: fields whose defaults are others at this door.
 
         Raises:
@@ -206,7 +208,8 @@ class Settings:
         known = set(options)
         if unknown_names := [name for name in more if name not in known | refused]:
             allowed = sorted((names | known | set(others)) - {"options"})
-            raise ValueError(f"{where} does not take these options: {unknown('option', unknown_names[0], allowed)}")
+            hint = f"{unknown('option', unknown_names[0], allowed)}{elsewhere(unknown_names[0])}"
+            raise ValueError(f"{where} does not take these options: {hint}")
         if given is not None and not isinstance(given, cls):
             raise ValueError(f"settings must be a {cls.__name__}, got {given!r}")
         base = cls() if given is None else given

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from teachers.schema import Vocabulary
     from teachers.teacher import Teacher
     from teachers.voice import Voice
+    from teachers.witness import Grounds
     from worlds.batches import WorldBatch
     from worlds.pictures import Picture
     from worlds.posteriors import Posterior
@@ -81,6 +82,10 @@ class Subject(ABC):
         """The names of the world's options."""
         return ()
 
+    def elsewhere(self, option: str) -> str:
+        """What else has an option that this subject lacks, to complete a message; empty: nothing."""
+        return ""
+
     def for_lesson(self, settings: Settings) -> "Subject":
         """The subject of a lesson with these settings: another one where teachers plan for options and turns."""
         return self
@@ -129,6 +134,9 @@ class Subject(ABC):
     posterior_needs: Mapping[str, Any] = MappingProxyType({})
     """Options of a world that has a posterior, where by default it has none."""
 
+    posterior_abilities: frozenset[str] = frozenset()
+    """What teachers can do by the posterior; see `teachers.oracle.ABILITIES`."""
+
     def make_posterior(self, world: "World[Any, Any, Any]") -> "Posterior[Any]":
         """What a student cannot know of such a world.
 
@@ -154,12 +162,14 @@ class Subject(ABC):
         oracle = self.make_teacher(world).oracle
         return Information(self.make_posterior(world), oracle, Seeds(seed).stream("information"), worlds)
 
-    def serves(self, personality: "str | Personality") -> bool:
-        """Whether the oracle has all abilities that a personality needs."""
+    def serves(self, personality: "str | Personality", **options: Any) -> bool:
+        """Whether there is all that a personality needs, in a world with these options."""
         from teachers.personality import parse_personality
 
         make = self.oracle_class()
         able = make.abilities() if _is_oracle(make) else make(self.make_world().scratch).abilities()
+        if self.posterior_needs.items() <= options.items():
+            able |= self.posterior_abilities
         return parse_personality(personality).needs <= able
 
     def vocabulary(self, world: "World[Any, Any, Any] | None" = None) -> "Vocabulary":
@@ -179,11 +189,32 @@ class Subject(ABC):
         **wording: Unpack[TeacherKeywords],
     ) -> "Teacher":
         """A teacher for such a world; arguments and errors as in `teachers.teacher.Teacher`."""
+        from teachers.oracle import POSTERIOR
+        from teachers.personality import parse_personality
         from teachers.teacher import Teacher
 
         settings: dict[str, Any] = {**wording}
         phrasebook = self.phrasebook(settings.pop("voice", "plain"))
+        personality = parse_personality(personality)
+        if POSTERIOR in personality.needs:
+            settings["grounds"] = self._grounds(world, personality)
         return Teacher(self.oracle_class()(world.scratch), phrasebook, personality, **settings)
+
+    def _grounds(self, world: "World[Any, Any, Any]", personality: "Personality") -> "Grounds":
+        """By which a teacher finds out what a student in such a world can know.
+
+        Raises:
+            ValueError: there is no posterior, or none with the world's options; the message says why.
+        """
+        from teachers.witness import Grounds
+
+        try:
+            posterior = self.make_posterior(world)
+        except ValueError as error:
+            raise ValueError(
+                f"the personality {personality} needs a posterior: {error}; elsewhere use another, such as oracle"
+            ) from None
+        return Grounds(posterior, self.oracle_class()(world.scratch))
 
     @_shown
     def raw_env(self, *, seating: str = TUTORING, settings: Settings | None = None, **keywords: Any) -> "SeatsEnv":
@@ -237,7 +268,9 @@ class Subject(ABC):
             rest["max_turns"] = rest.pop("max_cycles")
         defaults = {**seating.defaults, **({"until_success": True} if own.get("episodes", 1) != 1 else {})}
         others = (*names, "max_cycles")
-        lesson = Settings.of(self.name, rest, self.options(), given=settings, others=others, **defaults)
+        lesson = Settings.of(
+            self.name, rest, self.options(), given=settings, others=others, elsewhere=self.elsewhere, **defaults
+        )
         return seating, lesson, own
 
 

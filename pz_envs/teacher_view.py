@@ -7,7 +7,7 @@ import numpy as np
 from gymnasium import spaces
 
 from pz_envs.rewards import TeacherReward, parse_teacher_reward, student_reward
-from teachers.atoms import KINDS, ActionClaim, EditClaim, Moment, ParseFailure, PlanClaim
+from teachers.atoms import KINDS, ActionClaim, EditClaim, Moment, ParseFailure, PlanClaim, unhedged
 from teachers.common import Late
 from teachers.session import BIT, CLAIMS, LONGEST, SUBSETS, Session
 from teachers.teacher import Teacher
@@ -150,7 +150,7 @@ class TeacherView:
         """Per claim to choose from 1 for its kind and its role, else 0; int8 (32, 8), with columns `CLAIM_COLUMNS`."""
         table = np.zeros((CLAIMS, len(CLAIM_COLUMNS)), np.int8)
         for i, claim in enumerate(self.offer.listed()):
-            bare = claim.claim if isinstance(claim, Late) else claim
+            bare = unhedged(claim.claim if isinstance(claim, Late) else claim)
             roles = (isinstance(bare, role) for role in (ActionClaim, PlanClaim, EditClaim))
             table[i] = (*(claim.kind is kind for kind in KINDS), *roles)
         return table

@@ -37,6 +37,24 @@ KINDS = tuple(FeedbackType)
 R, HP, HN, FP, FN = KINDS
 
 
+class Scope(StrEnum):
+    """How far a claim reaches."""
+
+    ACTION = "action"
+    """It is about one action."""
+    STATE = "state"
+    """It holds of a moment."""
+    WORLD = "world"
+    """It stays true for the whole episode."""
+    FAMILY = "family"
+    """It is true in every world of a town: of all worlds that share a law."""
+
+    @property
+    def lasts(self) -> bool:
+        """Whether what is true once stays true for the whole episode."""
+        return self in (Scope.WORLD, Scope.FAMILY)
+
+
 class Label(StrEnum):
     """The result of checking in the simulator what was said. Students never see it."""
 
@@ -48,6 +66,8 @@ class Label(StrEnum):
     """The claim holds, and has nothing to do with the task."""
     LATE = "late"
     """The claim holds of an earlier turn."""
+    HEDGED = "hedged"
+    """It says how probable a claim is: one such sentence is neither true nor false; see `HedgedClaim`."""
     UNCHECKED = "unchecked"
     """Text without a claim."""
 
@@ -119,6 +139,8 @@ def claim(cls: type[ClaimT]) -> type[ClaimT]:
         allowed = ", ".join(kind.name for kind in KINDS)
         raise TypeError(f"{path_of(cls)}.kind is {cls.kind!r}; allowed: {allowed} of teachers.atoms, and None")
     made = dataclass(frozen=True, slots=True, kw_only=True)(cls)
+    if "scope" not in vars(cls) and made.scope is Scope.STATE and cls.__name__[0] != "_":
+        made.scope = _SCOPES.get(made.kind, Scope.STATE)
     known = {each.name for each in fields(made)}  # type: ignore[arg-type]  # a dataclass
     for base in (each for each in cls.__mro__[1:] if issubclass(each, Claim) and each.__module__ != __name__):
         own = {name for name, kind in get_annotations(base).items() if "ClassVar" not in str(kind)}
@@ -127,6 +149,7 @@ def claim(cls: type[ClaimT]) -> type[ClaimT]:
     return made
 
 
+_SCOPES: dict[Any, Scope] = {None: Scope.WORLD, **dict.fromkeys((R, HP, HN), Scope.ACTION)}
 UNDECORATED = "lacks the decorator @claim; write @claim before the class, and import it from teachers.atoms"
 
 
@@ -182,6 +205,9 @@ class Claim(Generic[TruthT, WorldT]):
     """Whether it has nothing to do with the task, though it may be true."""
     commonplace: ClassVar[str] = ""
     """Why it is said, though it holds of nearly every action or moment; empty for claims that say something."""
+    scope: ClassVar[Scope] = Scope.STATE
+    """How far it reaches. A class that does not declare it has that of its base; if that is `STATE`, parts of an
+    instruction reach the world, and rewards and hindsight the action."""
     tried: ClassVar[bool] = False
     """Whether it is about an action that was tried before the episode, and not about one of the student's."""
 
@@ -216,6 +242,13 @@ class Claim(Generic[TruthT, WorldT]):
         """
         return self.holds(moment, oracle.lab)
 
+    def within(self, moments: Callable[[int], Moment[TruthT]], about: int) -> "Claim":
+        """What it says of the turn `about` of an episode with these moments, by turn, for `means`.
+
+        That is the claim itself, but for those that compare the turn with an earlier one.
+        """
+        return self
+
     def counterparts(self, moment: Moment[TruthT], lab: WorldT) -> Sequence["Claim"]:
         """Plausible claims that may be false where this one is true, for teachers that err."""
         return ()
@@ -247,6 +280,7 @@ class ActionClaim(Claim[TruthT, WorldT]):
     """
 
     __slots__ = ()
+    scope = Scope.ACTION
     action: Any
     """The action in the form that `World.step` takes, canonical."""
     action_slot: ClassVar[str] = "action"
@@ -261,6 +295,7 @@ class PlanClaim(Claim[TruthT, WorldT]):
     """Role of a claim that states actions to take in order, from now on or, in an instruction, from the start."""
 
     __slots__ = ()
+    scope = Scope.ACTION
     actions: tuple[Any, ...]
     """The actions in the form that `World.step` takes, canonical; at least one."""
     plan_slot: ClassVar[str] = "listing"
@@ -277,8 +312,33 @@ def _warns_of(action: Any, claim: Claim) -> bool:
     return claim.kind is FN and isinstance(claim, ActionClaim) and bool(claim.action == action)
 
 
+class HedgedClaim(Claim[TruthT, WorldT]):
+    """Role of a claim that says how probable another claim is.
+
+    It `holds` if that claim does, which makes it neither true nor false: only many of them can be judged, by how many
+    hold of those that were called equally probable.
+    """
+
+    __slots__ = ()
+    claim: Claim[TruthT, WorldT]
+    """What is hedged; neither late nor hedged itself."""
+    p: float
+    """Its probability, above 0.5 and below 1."""
+
+
+def unhedged(claim: Claim) -> Claim:
+    """What a claim hedges; a flat claim as it is."""
+    return claim.claim if isinstance(claim, HedgedClaim) else claim
+
+
+def confidence(claim: Claim) -> float:
+    """The probability with which a claim is said: 1 for a flat one."""
+    return claim.p if isinstance(claim, HedgedClaim) else 1.0
+
+
 def action_of(claim: Claim) -> Any:
-    """The action that a claim is about; of a plan, its first; None if it is about none."""
+    """The action that a claim is about, also if it is hedged; of a plan, its first; None if it is about none."""
+    claim = unhedged(claim)
     if isinstance(claim, ActionClaim):
         return claim.action
     return claim.actions[0] if isinstance(claim, PlanClaim) else None
@@ -288,6 +348,7 @@ class EditClaim(Claim[TruthT, WorldT]):
     """Role of a claim that advises to replace one line of the student's last text, or to cut the text after a line."""
 
     __slots__ = ()
+    scope = Scope.ACTION
     line: int
     """The number of the line, counted from 1; at most one more than there are lines."""
     words: str
@@ -308,6 +369,7 @@ class Verdict(Claim[TruthT, WorldT]):
     """
 
     __slots__ = ()
+    scope = Scope.ACTION
     opposite: ClassVar[type["Verdict"]]
     """The class of the opposite verdict."""
 
@@ -423,6 +485,8 @@ class Atom(NamedTuple):
                 unchecked.
         """
         claim, moment = self.claim, moments[self.about_turn]
+        if isinstance(claim, HedgedClaim):
+            return Label.HEDGED
         if isinstance(claim, Grounded) and not claim.grounded:
             if oracle is None:
                 return Label.UNCHECKED

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from teachers.atoms import Atom, Moment
+from teachers.atoms import Atom, Claim, HedgedClaim, Moment, Scope
 from teachers.common import Reward
 from teachers.information import DrawnWorld, Information
 from teachers.oracle import Oracle
@@ -45,6 +45,9 @@ class Belief(Information):
     worlds are drawn, up to `DRAWS` for each of `worlds`; so are they where only few of them count. In worlds of
     chance, where hardly any two rewards are equal, a reward that is said is taken for that of the turn, at any trust
     above 0, unless no world pays it.
+
+    Hedged claims are not among these n. Each has a factor: where a claim of probability p does not hold, a world counts
+    1 - trust + trust * (1 - p) / p as much as where it does; for a flat claim, with p = 1, that would be 1 - trust.
 
     Args:
         posterior, oracle, worlds: as of `Information`; the oracle has values.
@@ -98,6 +101,15 @@ class Belief(Information):
         self._refused = self._conflicts = 0
         self._since = len(self._moments)
 
+    @property
+    def rules(self) -> tuple[Claim[Any], ...]:
+        """The claims that it has heard about every world of a town, each once."""
+        return tuple(dict.fromkeys(claim for claim, *_ in self._heard if claim.scope is Scope.FAMILY))
+
+    def keep(self, rules: Iterable[Claim[Any]]) -> None:
+        """Count claims that were heard in an earlier world of the town, as if they were said before the opening."""
+        self._heard += [(rule, 0, -1) for rule in rules]
+
     def learn(self, atoms: Iterable[Atom]) -> None:
         """What was said, each of a turn that was seen; others are of another student's actions. Weigh worlds anew."""
         now = len(self._moments) - 1
@@ -115,7 +127,7 @@ class Belief(Information):
     def weight(self, world: DrawnWorld) -> float:
         """The weight of a world beside those that were drawn."""
         fewest = min(self._conflicts, false := self._false(world))
-        return float((1 - self._trust) ** (false - fewest))
+        return float((1 - self._trust) ** (false - fewest)) * self._likelihood(world)
 
     def regrets(self) -> npt.NDArray[np.float64]:
         """What each action loses now in the mean, shape (actions,); infinite if it is best in no world that counts.
@@ -140,7 +152,7 @@ class Belief(Information):
                     raise
                 self._rewards.popitem()  # the last that was said
                 self._refused += 1
-        self._draws = iter(())  # a policy can be copied, an unfinished iteration cannot
+        self.rest()
 
     def _draw(self) -> None:
         """Draw until enough worlds count and some world agrees with all claims that were not ignored before."""
@@ -148,7 +160,7 @@ class Belief(Information):
         false: list[int] = []
         while self._left:
             for _ in range(self._worlds):
-                draw = next(self._draws)
+                draw = self._next()
                 world = known.get(id(draw)) or known.setdefault(id(draw), DrawnWorld(draw, self._moments))
                 self._pool.append(world)
                 # With full trust, a world in which more is false than in another does not count.
@@ -156,17 +168,37 @@ class Belief(Information):
             self._left -= self._worlds
             conflicts = np.array(false) - min(false)
             self._weights = np.power(1 - self._trust, conflicts.astype(float))
+            if self._hedges():
+                counts = self._weights > 0
+                self._weights[counts] *= [
+                    self._likelihood(world) for world, counted in zip(self._pool, counts, strict=True) if counted
+                ]
             counted = self._weights.sum() ** 2 / (self._weights**2).sum()
             if min(false) <= self._conflicts and counted >= _ENOUGH * self._worlds:
                 break
         self._conflicts = min(false)
 
+    def _hedges(self) -> list[tuple[Claim, int, float]]:
+        """The hedged claims, each with its turn and with how much a world counts in which it does not hold."""
+        return [
+            (claim, about, 1 - self._trust + self._trust * (1 - claim.p) / claim.p)
+            for claim, about, _ in self._heard
+            if isinstance(claim, HedgedClaim)
+        ]
+
+    def _likelihood(self, world: DrawnWorld) -> float:
+        """How much a world counts by the hedged claims, beside those in which all of these hold."""
+        if world.likelihood is None:
+            doubts = (doubt for claim, about, doubt in self._hedges() if not self._is_true(claim, about, world))
+            world.likelihood = math.prod(doubts)
+        return world.likelihood
+
     def _false(self, world: DrawnWorld, limit: float = math.inf) -> int:
-        """Number of claims that do not hold in a world; of more than `limit`, as many as are found."""
+        """Number of flat claims that do not hold in a world; of more than `limit`, as many as are found."""
         if world.false is None:
             world.false = 0
             for i, (claim, about, _) in enumerate(self._heard):
-                if not self._is_true(claim, about, world):
+                if not (isinstance(claim, HedgedClaim) or self._is_true(claim, about, world)):
                     world.false += 1
                     if world.false > limit:
                         self._heard.insert(0, self._heard.pop(i))  # of the next world it is asked first

@@ -1,7 +1,7 @@
 """Claims that belong to no family; their phrases are in `phrases/common.toml`."""
 
 from abc import abstractmethod
-from collections.abc import Sequence, Set
+from collections.abc import Callable, Sequence, Set
 from typing import Annotated, Any
 
 import numpy as np
@@ -15,13 +15,16 @@ from teachers.atoms import (
     Claim,
     FeedbackType,
     Grounded,
+    HedgedClaim,
     Moment,
     PlanClaim,
     R,
+    Scope,
     Verdict,
     action_of,
     claim,
     opposed,
+    unhedged,
 )
 from worlds.world import World
 
@@ -248,6 +251,139 @@ class NoDifference(Grounded[Any], ActionClaim[Any]):
 
 
 @claim
+class Better(Grounded[Any]):
+    """True if `this` is worth more as the next action than `that`; its ground is a verdict on `this`, once it is tried.
+
+    It says of neither whether it is good.
+    """
+
+    kind = FP
+    this: Any
+    """An action in the form that `World.step` takes, as the other one."""
+    that: Any
+
+    @property
+    def first(self) -> str:
+        """The better action as a student writes it."""
+        return _written(self.this)
+
+    @property
+    def second(self) -> str:
+        """The other one."""
+        return _written(self.that)
+
+    def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
+        """Try the action, and ask the verdict what both are worth."""
+        if moment.over:
+            return False
+        lab.restore(moment.after)
+        _, reward, _, _, info = lab.advance(lab.legal(self.this))
+        tried = Moment(moment.after, self.this, reward, lab.truth, info["success"], moment.turn + 1, False)
+        worths = [self._ground.worth(tried, lab, action) for action in (self.this, self.that)]
+        return None not in worths and worths[0] - worths[1] > _EQUAL
+
+    def means(self, moment: Moment[Any], oracle: Any) -> bool:
+        """Compare the values."""
+        values = None if moment.over else oracle.values(moment.after)
+        return values is not None and values[self.this] - values[self.that] > _EQUAL
+
+    def excludes(self, other: Claim[Any]) -> bool:
+        """The reverse, and advice to take the worse action."""
+        if isinstance(other, Better):
+            return (other.this, other.that) == (self.that, self.this)
+        return other.kind is FP and action_of(other) is not None and bool(action_of(other) == self.that)
+
+    def counterparts(self, moment: Moment[Any], lab: World[Any]) -> Sequence[Claim[Any]]:
+        """The reverse."""
+        return (Better.on(self._ground, this=self.that, that=self.this),)
+
+
+@claim
+class _Turns(Grounded[Any]):
+    """Base of comparisons of the action of this turn with that of an earlier one, by what each loses.
+
+    The ground has the moment of the earlier turn, and a verdict on each, on that of this turn first.
+    """
+
+    ago: int
+    """How many turns earlier."""
+
+    @property
+    def earlier(self) -> str:
+        """The earlier turn in words."""
+        return "the turn before" if self.ago == 1 else f"{self.ago} turns earlier"
+
+    @staticmethod
+    @abstractmethod
+    def _fits(lost: float, earlier: float) -> bool:
+        """Whether this is so where the actions lose as much."""
+
+    @staticmethod
+    @abstractmethod
+    def _reverse() -> "type[_Turns]":
+        """The class of the opposite claim."""
+
+    def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
+        """Ask the verdicts what each action of both turns is worth."""
+        earlier, *verdicts = self._ground
+        if earlier is None or moment.before is None or earlier.turn != moment.turn - self.ago:
+            return False
+        lost = [_lost(verdict, each, lab) for verdict, each in zip(verdicts, (moment, earlier), strict=True)]
+        return None not in lost and self._fits(*lost)  # type: ignore[arg-type]  # no None
+
+    def means(self, moment: Moment[Any], oracle: Any) -> bool:
+        """Compare the regrets."""
+        earlier, *_ = self._ground
+        known = earlier is not None and earlier.before is not None and moment.before is not None
+        return known and self._fits(oracle.regret(moment), oracle.regret(earlier))
+
+    def within(self, moments: Callable[[int], Moment[Any]], about: int) -> "_Turns":
+        """The same with the earlier turn there."""
+        earlier = moments(about - self.ago) if about > self.ago else None
+        return self.on((earlier, *self._ground[1:]), ago=self.ago)
+
+    def excludes(self, other: Claim[Any]) -> bool:
+        """The opposite."""
+        return isinstance(other, self._reverse()) and other.ago == self.ago
+
+    def counterparts(self, moment: Moment[Any], lab: World[Any]) -> Sequence[Claim[Any]]:
+        """The opposite."""
+        return (self._reverse().on(self._ground, ago=self.ago),)
+
+
+@claim
+class BetterTurn(_Turns):
+    """True if the action of this turn lost less than that of the turn `ago` turns earlier."""
+
+    kind = HP
+    ago: int
+
+    @staticmethod
+    def _fits(lost: float, earlier: float) -> bool:
+        return earlier - lost > _EQUAL
+
+    @staticmethod
+    def _reverse() -> type[_Turns]:
+        return WorseTurn
+
+
+@claim
+class WorseTurn(_Turns):
+    """True if the action of this turn lost more than that of the turn `ago` turns earlier."""
+
+    kind = HN
+    ago: int
+
+    @staticmethod
+    def _fits(lost: float, earlier: float) -> bool:
+        return lost - earlier > _EQUAL
+
+    @staticmethod
+    def _reverse() -> type[_Turns]:
+        return BetterTurn
+
+
+@claim
 class Paid(Claim[Any]):
     """True if the reward for the action of this turn is so: `positive`, `negative` or `zero`."""
 
@@ -321,7 +457,7 @@ class Example(Grounded[Any], PlanClaim[Any]):
     @property
     def steps(self) -> str:
         """The actions as a student writes them."""
-        return self.separator.join(f'"{action}"' if isinstance(action, str) else f"{action}" for action in self.actions)
+        return self.separator.join(map(_written, self.actions))
 
     def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
         """Take the actions, and check the advice on the way."""
@@ -364,6 +500,7 @@ class NotUnderstood(Claim[Any]):
     A notice of the environment, not feedback of the teacher: no personality and no feedback type withholds it.
     """
 
+    scope = Scope.ACTION
     got: str
     expected: str
     why: str
@@ -377,6 +514,7 @@ class NotUnderstood(Claim[Any]):
 class MayAsk(Claim[Any]):
     """True if the student may ask for advice in place of acting, once a turn, and pays `cost` for it."""
 
+    scope = Scope.STATE  # that is the only moment with the price
     cost: float
 
     def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
@@ -423,9 +561,99 @@ class Late(Claim[Any]):
         return self.claim.kind
 
 
+@claim
+class Probably(HedgedClaim[Any]):
+    """Neither true nor false: it says that `claim` is true with the probability `p`.
+
+    The probability is rounded as it is said, to whole per cent from 51 to 99, since a hedge is never flat.
+
+    Raises:
+        ValueError: the probability is not above 0.5 and below 1, or the claim is late or hedged itself.
+    """
+
+    commonplace = "a hedge, which many sentences show to be right or wrong, and none alone"
+    claim: Claim[Any]
+    p: float
+
+    def __post_init__(self) -> None:
+        if not 0.5 < self.p < 1:
+            raise ValueError(f"p must be above 0.5 and below 1, got {self.p!r}; hedge what is more probable than not")
+        if isinstance(self.claim, HedgedClaim | Late):
+            raise ValueError(
+                f"a hedge needs a flat claim that is not late, got {self.claim!r}; "
+                "hedge the claim itself, by `hedge(claim, p)`, which keeps its turn"
+            )
+        object.__setattr__(self, "p", min(max(round(float(self.p), 2), 0.51), 0.99))
+
+    @property
+    def kind(self) -> FeedbackType | None:  # type: ignore[override]  # that of the claim
+        """The kind of what is hedged."""
+        return self.claim.kind
+
+    @property
+    def percent(self) -> int:
+        """The probability in per cent."""
+        return round(100 * self.p)
+
+    def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
+        """Whether what is hedged holds, by which hedges are judged together."""
+        return self.claim.holds(moment, lab)
+
+    def means(self, moment: Moment[Any], oracle: Any) -> bool:
+        """Whether what is hedged is true by its fields."""
+        return self.claim.means(moment, oracle)
+
+    def excludes(self, other: Claim[Any]) -> bool:
+        """What it hedges excludes: of two such claims only one can be probable."""
+        other = unhedged(other)
+        return self.claim.excludes(other) or other.excludes(self.claim)
+
+    def counterparts(self, moment: Moment[Any], lab: World[Any]) -> Sequence[Claim[Any]]:
+        """Those of what it hedges, with the same probability."""
+        return tuple(Probably(claim=each, p=self.p) for each in self.claim.counterparts(moment, lab))
+
+
+def hedge(claim: Claim[Any], p: float) -> Claim[Any]:
+    """Say a claim with a probability in place of flatly, or with another one if it is hedged; what is late stays late.
+
+    Raises:
+        ValueError: the probability is not above 0.5 and below 1.
+    """
+    if isinstance(claim, Late):
+        return Late(claim=hedge(claim.claim, p), turn=claim.turn)
+    return Probably(claim=unhedged(claim), p=p)
+
+
+def bend(claim: Claim[Any], factor: float) -> Claim[Any]:
+    """A hedged claim with its log-odds multiplied by a factor above 0; any other claim as it is.
+
+    A hedge stays one: its probability is again rounded to whole per cent, from 51 to 99.
+    """
+    bare = claim.claim if isinstance(claim, Late) else claim
+    if not isinstance(bare, HedgedClaim):
+        return claim
+    yes, no = bare.p**factor, (1 - bare.p) ** factor
+    return hedge(claim, min(max(yes / (yes + no), 0.51), 0.99))
+
+
 def sign_of(reward: float) -> str:
     """Whether a reward is `positive`, `negative` or `zero`."""
     return "positive" if reward > 0 else "negative" if reward < 0 else "zero"
+
+
+def _written(action: Any) -> str:
+    """An action as a student writes it."""
+    return f'"{action}"' if isinstance(action, str) else f"{action}"
+
+
+def _lost(verdict: Claim[Any], moment: Moment[Any], lab: World[Any]) -> float | None:
+    """What the action of a moment loses, by what a verdict on it finds all actions worth; None if it cannot tell."""
+    worths = [
+        verdict.worth(moment, lab, lab.legal(each))
+        for each in range(int(lab.action_space.n))  # type: ignore[attr-defined]  # Discrete
+    ]
+    known = [worth for worth in worths if worth is not None]
+    return max(known) - known[moment.action] if len(known) == len(worths) else None
 
 
 def _is_legal(action: Any, lab: World[Any]) -> bool:
@@ -441,6 +669,7 @@ def _acted(action: Any, moment: Moment[Any]) -> bool:
 
 
 _TRIES = 5
+_EQUAL = 1e-9  # values that differ by less differ by rounding
 FACTS = (
     "ice is cold",
     "a week has seven days",

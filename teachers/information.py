@@ -4,6 +4,11 @@ Worlds that the student cannot distinguish from its own are drawn by the family'
 observations and the rewards that were said. Those in which some claim that it has heard is false are left out. The
 bits of a claim are minus the binary logarithm of the share of the others in which it is true. A claim is taken as it is
 said, by `Claim.means`: what only its ground says is neither measured nor known.
+
+A hedged claim of probability p leaves no world out: those in which it does not hold count (1 - p) / p as much as the
+others. Its bits are those by which it changes what the student holds probable of it, from the share s of worlds in
+which it is true to q = p s / (p s + (1 - p) (1 - s)): q log2(q / s) + (1 - q) log2((1 - q) / (1 - s)), which is the
+Kullback-Leibler divergence of the weighed worlds from the others. For p = 1 these are the bits of a flat claim.
 """
 
 import math
@@ -13,20 +18,23 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teachers.atoms import Atom, Claim, Grounded, Moment
+from teachers.atoms import Atom, Claim, Grounded, HedgedClaim, Moment, unhedged
 from teachers.common import Reward
 from teachers.oracle import Oracle
 from teachers.spec import is_count
 from worlds.posteriors import Draw, NoWorldError, Posterior
 from worlds.world import WorldTurn
 
-__all__ = ["TRIES", "WORLDS", "Bits", "Gain", "Information"]
+__all__ = ["LEAST", "TRIES", "WORLDS", "Bits", "Gain", "Information"]
 
 WORLDS = 256
 """Number of worlds by which a claim is measured."""
 TRIES = 40
 """Draws for each of them, at most: what was heard leaves only some of the worlds that were drawn."""
+LEAST = 30
+"""Number of worlds below which a claim is not measured, unless fewer are wanted."""
 _LEVEL = 0.95
+_GRID = 101  # shares of an interval, at which bits are computed
 
 
 class Bits(NamedTuple):
@@ -41,21 +49,25 @@ class Bits(NamedTuple):
     before less that of what seems best now. None without worlds, and where the family's actions have no values.
     """
     why: str = ""
+    p: float = 1.0
+    """The probability with which it is said; 1 if it is flat."""
 
     @property
     def bits(self) -> float | None:
-        """Minus the binary logarithm of the share of worlds in which it is true.
+        """Minus the binary logarithm of the share of worlds in which it is true; if it is hedged, see this module.
 
-        If it is true in none of them, what it says at least, by the end of `interval`. None without worlds.
+        If a flat claim is true in none of them, what it says at least, by the end of `interval`. None without worlds.
         """
         if not self.worlds:
             return None
+        if self.p < 1:
+            return float(_divergence(self.held / self.worlds, self.p))
         return math.log2(self.worlds / self.held) if self.held else self.interval[0]
 
     @property
     def at_least(self) -> bool:
         """Whether it says at least `bits`, since it is true in none of the worlds."""
-        return self.worlds > 0 and not self.held
+        return self.worlds > 0 and not self.held and self.p == 1
 
     @property
     def interval(self) -> tuple[float, float]:
@@ -65,13 +77,37 @@ class Bits(NamedTuple):
         if not self.worlds:
             return 0.0, math.inf
         share = binomtest(self.held, self.worlds).proportion_ci(_LEVEL, "exact")
+        if self.p < 1:  # neither rises nor falls with the share throughout
+            found = _divergence(np.linspace(share.low, share.high, _GRID), self.p)
+            return float(found.min()), float(found.max())
         return -math.log2(share.high) + 0.0, -math.log2(share.low) if share.low > 0 else math.inf
+
+    @property
+    def short(self) -> str:
+        """The text without the interval."""
+        return f"{self}".partition(" (")[0]
+
+    @property
+    def described(self) -> str:
+        """The text with what it saves, or why it is unknown."""
+        saved = "" if self.saved is None else f", saves {self.saved:.2g} of regret"
+        return f"{self}{saved}{f': {self.why}' if self.why else ''}"
 
     def __str__(self) -> str:
         if self.bits is None:
-            return "unknown"
+            return "bits unknown"
         low, high = self.interval
         return f"at least {low:.1f} bits" if self.at_least else f"{self.bits:.2f} bits ({low:.2f} to {high:.2f})"
+
+
+def _divergence(share: npt.ArrayLike, p: float) -> npt.NDArray[np.float64]:
+    """The bits of claims that are hedged with probability p, given the shares of worlds in which they are true."""
+    from scipy.special import rel_entr
+
+    s = np.asarray(share, float)
+    q = p * s / (p * s + (1 - p) * (1 - s))
+    bits: npt.NDArray[np.float64] = (rel_entr(q, s) + rel_entr(1 - q, 1 - s)) / math.log(2)
+    return bits
 
 
 class Gain(NamedTuple):
@@ -95,12 +131,12 @@ class Gain(NamedTuple):
     """Sum of the regret that they save."""
 
     @classmethod
-    def of(cls, atom: Atom, bits: Bits) -> "Gain":
-        """What one claim has said."""
+    def of(cls, text: str, bits: Bits) -> "Gain":
+        """What one claim has said in a text."""
         if bits.bits is None:
             return cls(unknown=1)
         valued = (0, 0.0, 0.0) if bits.saved is None else (1, bits.bits, bits.saved)
-        return cls(1, 0, bits.bits, int(bits.at_least), len(atom.text.split()), *valued)
+        return cls(1, 0, bits.bits, int(bits.at_least), len(text.split()), *valued)
 
     def __add__(self, other: "Gain") -> "Gain":  # type: ignore[override]  # no concatenation
         """Both together."""
@@ -118,6 +154,11 @@ class Gain(NamedTuple):
         return self.saved / self.valued_bits if self.valued_bits else None
 
 
+def _doubt(claim: HedgedClaim) -> float:
+    """How much a world counts in which a hedged claim is false, beside one in which it is true."""
+    return (1 - claim.p) / claim.p
+
+
 class DrawnWorld:
     """A world that was drawn."""
 
@@ -126,7 +167,9 @@ class DrawnWorld:
         self.regrets: npt.NDArray[np.float64] | None = None
         """What each action loses now, shape (actions,); None as long as it is not computed."""
         self.false: int | None = None
-        """Number of claims that do not hold in it; None as long as they are not counted."""
+        """Number of flat claims that do not hold in it; None as long as they are not counted."""
+        self.likelihood: float | None = None
+        """How much it counts by hedged claims, 0 to 1; None as long as it is not computed."""
 
     def moment(self, turn: int) -> Moment[Any]:
         """The moment of a turn, as it is in this world."""
@@ -169,10 +212,10 @@ class Information:
         self._rewards: dict[int, int] = {}  # per turn whose reward was said, when it was
         self._known: dict[tuple[Claim, Moment[Any]], bool] = {}
         self._regrets: dict[Moment[Any], npt.NDArray[np.float64]] = {}
-        self._draws: Iterator[Draw[Any]] = iter(())
+        self._draws: Iterator[Draw[Any]] | None = None
         self._left = 0  # draws of this turn
         self._pool: list[DrawnWorld] = []
-        self._why = ""  # there are no worlds
+        self._why = ""  # there are no more worlds
 
     def see(self, moment: Moment[Any]) -> None:
         """What has happened, the opening first; a turn that comes again takes the place of all from there on."""
@@ -206,16 +249,21 @@ class Information:
         self._fill()
         return tuple(world.draw for world in self._pool)
 
+    def rest(self) -> None:
+        """Give up the draws that have begun, so that it can be copied; others begin when they are needed."""
+        self._draws = None
+
     def _hear(self, atom: Atom) -> Bits:
         claim, about, now = atom.claim, atom.about_turn, self._moments[-1].turn
         bits, after = self._measure(claim, about)
-        if isinstance(claim, Reward) and bits.worlds and claim.reward == self._moments[about].reward:
-            before = self._pool
+        said = isinstance(claim, Reward) and claim.reward == self._moments[about].reward
+        if said and bits.worlds and self._posterior.chancy:
+            best = self._best(self._pool)
             self._rewards[about] = now
             self._begin()  # of numbers that vary by chance, hardly two are equal
             self._fill()
-            return bits._replace(saved=self._saved(before, self._pool))
-        if after:
+            return bits._replace(saved=self._saved_by_others(best))
+        if after or isinstance(claim, HedgedClaim):
             self._heard.append((claim, about, now))
             self._pool = after
         return bits
@@ -223,61 +271,108 @@ class Information:
     def _measure(self, claim: Claim, about: int) -> tuple[Bits, list[DrawnWorld]]:
         """How much a claim says, and the worlds in which it is true."""
         self._fill()
-        if not self._pool:
-            return Bits(0, 0, why=self._why), []
         after = [world for world in self._pool if self._is_true(claim, about, world)]
+        if len(self._pool) < min(LEAST, self._worlds):
+            few = f"what was heard is true in {len(self._pool) or 'none'} of {TRIES * self._worlds:,} drawn worlds"
+            return Bits(0, 0, why=self._why or few), after
+        if isinstance(claim, HedgedClaim):
+            return self._measure_hedge(claim, after)
         return Bits(len(self._pool), len(after), self._saved(self._pool, after)), after
+
+    def _measure_hedge(self, claim: HedgedClaim, held: list[DrawnWorld]) -> tuple[Bits, list[DrawnWorld]]:
+        """The same of a hedged claim, given the worlds in which it is true."""
+        true = set(map(id, held))
+        after = [world for world in self._pool if id(world) in true or self._rng.random() < _doubt(claim)]
+        weights = [1.0 if id(world) in true else _doubt(claim) for world in self._pool]
+        saved = self._saved(self._pool, self._pool, weights)
+        return Bits(len(self._pool), len(held), saved, p=claim.p), after
 
     def _begin(self) -> None:
         """Draw new worlds from now on."""
         self._pool, self._left, self._why = [], TRIES * self._worlds, ""
-        turns = tuple(turn._replace(reward_known=i in self._rewards) for i, turn in enumerate(self._turns))
-        self._draws = self._posterior.draws(turns, self._rng)
+        self.rest()
+
+    def _next(self) -> Draw[Any]:
+        """One more draw."""
+        if self._draws is None:
+            turns = tuple(turn._replace(reward_known=i in self._rewards) for i, turn in enumerate(self._turns))
+            self._draws = self._posterior.draws(turns, self._rng)
+        return next(self._draws)
 
     def _fill(self) -> None:
         """Draw until there are enough worlds that agree with what was heard, or all tries are used up."""
         try:
             while len(self._pool) < self._worlds and self._left:
                 self._left -= 1
-                world = DrawnWorld(next(self._draws), self._moments)
+                world = DrawnWorld(self._next(), self._moments)
                 if self._agrees(world):
                     self._pool.append(world)
         except NoWorldError as error:
             self._why, self._left = f"{error}", 0
-        if not self._pool and not self._why:
-            self._why = f"what was heard is true in none of {TRIES * self._worlds:,} drawn worlds"
 
     def _agrees(self, world: DrawnWorld) -> bool:
-        """Whether all that was heard is true in a world; what is not is asked of the next world first."""
+        """Whether all that was heard is true in a world; what is not is asked of the next world first.
+
+        A world in which a hedged claim is false agrees as often as it counts.
+        """
         for i, (claim, about, _) in enumerate(self._heard):
             if not self._is_true(claim, about, world):
+                if isinstance(claim, HedgedClaim) and self._rng.random() < _doubt(claim):
+                    continue
                 self._heard.insert(0, self._heard.pop(i))
                 return False
         return True
 
     def _is_true(self, claim: Claim, about: int, world: DrawnWorld) -> bool:
         """Whether a claim is true in a world, as it is said."""
-        moment = world.moment(about)
-        found = self._known.get((claim, moment)) if self._keeps else None
+        moment, bare = world.moment(about), unhedged(claim)
+        said = bare.within(world.moment, about)
+        keeps = self._keeps and said is bare  # or it is about more than the moment
+        found = self._known.get((claim, moment)) if keeps else None
         if found is None:
-            if isinstance(claim, Grounded):
+            if isinstance(bare, Grounded):
                 self._oracle.start(world.draw[0].truth)
-            found = claim.means(moment, self._oracle)
-            if self._keeps:
+            found = said.means(moment, self._oracle)
+            if keeps:
                 self._known[claim, moment] = found
         return found
 
-    def _saved(self, before: Sequence[DrawnWorld], after: Sequence[DrawnWorld]) -> float | None:
-        """See `Bits.saved`."""
-        if not (self._values and after) or self._moments[-1].over:
+    def _saved(
+        self, before: Sequence[DrawnWorld], after: Sequence[DrawnWorld], weights: Sequence[float] | None = None
+    ) -> float | None:
+        """See `Bits.saved`; the weights are those of the worlds after, which are equal by default."""
+        best = self._best(before)
+        if best is None or not after:
             return None
-        best = self._mean_regrets(before).argmin()
-        now = self._mean_regrets(after)
+        now = self._mean_regrets(after, weights)
         return float(now[best] - now.min())
 
-    def _mean_regrets(self, worlds: Sequence[DrawnWorld]) -> npt.NDArray[np.float64]:
+    def _saved_by_others(self, best: int | None) -> float | None:
+        """See `Bits.saved`, where other worlds were drawn than those in which `best` was the best action.
+
+        One half of them chooses, the other half judges: an action judged by the worlds that chose it seems too good.
+        """
+        halves = self._pool[::2], self._pool[1::2]
+        if best is None or not all(halves):
+            return None
+        saved = 0.0
+        for chose, judges in (halves, halves[::-1]):
+            lost = self._mean_regrets(judges)
+            saved += float(lost[best] - lost[self._best(chose)]) / 2
+        return saved
+
+    def _best(self, worlds: Sequence[DrawnWorld]) -> int | None:
+        """The action that loses least in the mean; None without values."""
+        if not (self._values and worlds) or self._moments[-1].over:
+            return None
+        return int(self._mean_regrets(worlds).argmin())
+
+    def _mean_regrets(
+        self, worlds: Sequence[DrawnWorld], weights: Sequence[float] | None = None
+    ) -> npt.NDArray[np.float64]:
         """The mean of what each action loses, shape (actions,)."""
-        means: npt.NDArray[np.float64] = np.mean([self._regrets_in(world) for world in worlds], axis=0)
+        lost = [self._regrets_in(world) for world in worlds]
+        means: npt.NDArray[np.float64] = np.average(lost, axis=0, weights=weights)
         return means
 
     def _regrets_in(self, world: DrawnWorld) -> npt.NDArray[np.float64]:

@@ -12,7 +12,9 @@ from teachers.atoms import FP, HN, HP, KINDS, Claim, FeedbackType, Moment, R, Tr
 from teachers.common import Reward
 
 ALL_KINDS = frozenset(KINDS)
-ABILITIES = ("values", "importance", "plan", "regret", "hindsight", "advice", "hints")
+POSTERIOR, EXACT = "posterior", "exact posterior"
+"""What a student cannot know can be drawn, without rejections if it is exact: abilities that a family adds."""
+ABILITIES = ("values", "importance", "plan", "regret", "hindsight", "advice", "hints", "clues", POSTERIOR, EXACT)
 """Abilities that an oracle may have and a personality may need; see `Oracle.abilities`."""
 
 _reward = fast_constructor(Reward)
@@ -56,11 +58,12 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
         """The members of `ABILITIES` that it has.
 
         A method counts if the class overrides it; importance, plan and regret, which follow from `values`, count with
-        it. `hindsight` is hp and hn among the feedback types, `advice` is fp, `hints` are fp claims with coarser ones.
+        it, and so do clues. `hindsight` is hp and hn among the feedback types, `advice` is fp, `hints` are fp claims
+        with coarser ones.
         """
         own = {
             name
-            for name in ("values", "importance", "plan", "regret")
+            for name in ("values", "importance", "plan", "regret", "clues")
             if getattr(cls, name) is not getattr(Oracle, name)
         }
         if "values" in own:
@@ -134,6 +137,13 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
     @abstractmethod
     def _advice(self, claims: list[Claim], moment: Moment[TruthT], kinds: Set[FeedbackType]) -> None:
         """Append the wanted fp and fn claims about the next action."""
+
+    def clues(self, truth: TruthT) -> tuple[Claim, ...]:
+        """True claims of kind fp or fn that help with the task and name no action, from little to much.
+
+        None where the task is done. `judge` does not give them.
+        """
+        return ()
 
     def values(self, truth: TruthT) -> tuple[float, ...] | None:
         """Value per discrete action, greater is better; None where actions cannot be enumerated."""

@@ -84,6 +84,11 @@ class Personality(Spec):
         return True
 
     @property
+    def evidence(self) -> str:
+        """What it has seen if it does not see the truth, one of `teachers.partial.EVIDENCE`; else empty."""
+        return ""
+
+    @property
     def transparent(self) -> bool:
         """Whether it passes on every claim unchanged, so that it need not be called."""
         return False
@@ -265,13 +270,15 @@ def stages_of(personality: Personality) -> tuple[Personality, ...]:
     return personality.stages if isinstance(personality, Pipeline) else (personality,)
 
 
-def check_served(personality: Personality, oracle: Oracle | type[Oracle]) -> None:
-    """Check that an oracle has the abilities that a personality needs.
+def check_served(
+    personality: Personality, oracle: Oracle | type[Oracle], beside: Collection[str] = frozenset()
+) -> None:
+    """Check that an oracle has the abilities that a personality needs, but for those that are given `beside`.
 
     Raises:
         ValueError: some are missing; the message names them.
     """
-    able = oracle.abilities()
+    able = oracle.abilities().union(beside)
     for stage in stages_of(personality):
         if missing := sorted(stage.needs - able):
             name = oracle.__name__ if isinstance(oracle, type) else type(oracle).__name__

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from teachers.atoms import UNDECORATED, Atom, Claim, FeedbackType, Utterance, is_decorated, path_of, slots_of
-from teachers.common import Late
+from teachers.common import Late, Probably
 from teachers.oracle import claims_of
 from teachers.templates import Template, cache_key, slots
 from teachers.voice import LEAST, MOST, PLAIN, Change, Tone, Voice, load_tone, rewrite, voice_names
@@ -18,7 +18,8 @@ from teachers.voice import LEAST, MOST, PLAIN, Change, Tone, Voice, load_tone, r
 Paraphrase = str | int | Callable[..., str]
 """`"random"`, the index of a paraphrase (modulo their number), or a function `(templates, **slots) -> str`."""
 
-_TEXT = "text"  # the slot of Late's phrases for the late sentence
+_FRAMES = (Late, Probably)  # claims with another claim, whose sentence their phrases end with
+_TEXT = "text"  # the slot for that sentence
 
 
 class _Templates(dict[type[Claim], tuple[Template, ...]]):
@@ -50,8 +51,8 @@ class Phrasebook:
 
     def _set(self, templates: _Templates) -> None:
         self._templates = templates
-        self._drawn = {cls: (cache_key(cls), each, len(each)) for cls, each in templates.items() if cls is not Late}
-        """Per claim class but Late, what `say` needs for a random paraphrase."""
+        self._drawn = {cls: (cache_key(cls), each, len(each)) for cls, each in templates.items() if cls not in _FRAMES}
+        """Per claim class but those of `_FRAMES`, what `say` needs for a random paraphrase."""
 
     def __or__(self, other: "Phrasebook") -> "Phrasebook":
         """Both together."""
@@ -92,7 +93,8 @@ class Phrasebook:
 
     def sentences(self, claim: Claim) -> tuple[str, ...]:
         """The claim in each of its paraphrases."""
-        return tuple(template.format(claim) for template in self._templates[type(claim)])
+        inner = self.sentences(claim.claim) if isinstance(claim, _FRAMES) else (None,)
+        return tuple(_format(template, claim, text) for text in inner for template in self._templates[type(claim)])
 
     def words(self, claim: Claim) -> float:
         """The mean number of words of the claim's paraphrases."""
@@ -117,14 +119,10 @@ class Phrasebook:
                 elif (text := template.cache.get(key := key_of(claim))) is None:
                     text = template.format_cached(key, claim)
                 atoms.append(_new_atom(Atom, (claim, text, turn, "")))
-            elif isinstance(claim, Late):
-                said = claim.claim
-                # The frame uses other digits of the draw than the sentence within it.
-                text = self._word(claim, draw * 1009 % 1, paraphrase, self._word(said, draw, paraphrase))
-                atoms.append(Atom(said, text, claim.turn))
             else:
                 text = self._word(claim, draw, paraphrase)
-                atoms.append(Atom(claim, text, turn))
+                said, about = (claim.claim, claim.turn) if isinstance(claim, Late) else (claim, turn)
+                atoms.append(Atom(said, text, about))
             texts.append(text)
         utterance = _new_text(Utterance, " ".join(texts))
         utterance.atoms = tuple(atoms)
@@ -136,18 +134,21 @@ class Phrasebook:
         """The sentence of each claim that `say` would draw by these numbers; no voice rewrites it."""
         return tuple(atom.text for atom in Phrasebook.say(self, claims, 0, Drawn(numbers), paraphrase).atoms)
 
-    def _word(self, claim: Claim, draw: float, paraphrase: Paraphrase, late: str | None = None) -> str:
-        templates = self._templates[type(claim)]
+    def _word(self, claim: Claim, draw: float, paraphrase: Paraphrase) -> str:
+        templates, inner = self._templates[type(claim)], None
+        if isinstance(claim, _FRAMES):
+            inner = self._word(claim.claim, draw, paraphrase)
+            draw = draw * 1009 % 1  # the frame uses other digits of the draw than the sentence within it
         if paraphrase == "random":
             template = templates[int(draw * len(templates))]
         elif callable(paraphrase):
             values = {name: getattr(claim, name) for name in slots_of(type(claim))}
-            if late is not None:
-                values[_TEXT] = late
+            if inner is not None:
+                values[_TEXT] = inner
             return str(paraphrase([t.source for t in templates], **values))
         else:
             template = templates[int(paraphrase) % len(templates)]
-        return template.format(claim) if late is None else template.source.format(turn=claim.turn, text=late)  # type: ignore[attr-defined]
+        return _format(template, claim, inner)
 
 
 class Rewriting(Phrasebook):
@@ -233,9 +234,18 @@ def check_paraphrase(paraphrase: Paraphrase) -> Paraphrase:
     )
 
 
+def _format(template: Template, claim: Claim, inner: str | None) -> str:
+    """The sentence for a claim, with that of the claim in it, if there is one."""
+    if inner is None:
+        return template.format(claim)
+    own = {name: getattr(claim, name) for name in slots(template.source) - {_TEXT}}
+    return template.source.format(**own, **{_TEXT: inner})
+
+
 def _slots(cls: type[Claim]) -> set[str]:
     """The allowed slots of a class."""
-    return {"turn", _TEXT} if cls is Late else set(slots_of(cls))
+    own = set(slots_of(cls))
+    return own - {"claim"} | {_TEXT} if cls in _FRAMES else own
 
 
 def _problems(phrases: dict[str, list[str]], claims: Sequence[type[Claim]]) -> Any:

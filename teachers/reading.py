@@ -8,7 +8,7 @@ from operator import itemgetter
 from typing import Any, NamedTuple
 
 from teachers.atoms import ActionClaim, Claim
-from teachers.common import Late
+from teachers.common import Late, Probably
 from teachers.near import Near, Synonyms
 from teachers.phrasebook import Phrasebook
 from teachers.schema import sentences_of
@@ -60,8 +60,10 @@ class Reader:
         about: int | None = None
         while at < len(text):
             best = self._recognise(heard, at)
-            if best and best.line.claim is Late:
-                about, at = int(heard[best.place.slots["turn"]]), best.place.end
+            if best and best.line.claim in _FRAMES:
+                if best.line.claim is Late:
+                    about = int(heard[best.place.slots["turn"]])
+                at = best.place.end
                 continue
             if best:
                 slots = {name: heard[span] for name, span in best.place.slots.items()}
@@ -93,7 +95,7 @@ class Reader:
                         best = found if best is None else min(best, found, key=_RANK)
             if best and not best.doubtful:
                 break
-        if best and best.line.claim is not Late and best.line.voice != self._known[0]:
+        if best and best.line.claim not in _FRAMES and best.line.voice != self._known[0]:
             self._known.remove(best.line.voice)
             self._known.insert(0, best.line.voice)
         return best
@@ -104,12 +106,12 @@ class Reader:
         number = itertools.count()
         for claim, templates in self._phrasebook(voice).items():
             for template in templates:
-                line = _Line(next(number), voice, claim, _sentence(template, claim is Late))
+                line = _Line(next(number), voice, claim, _sentence(template, claim in _FRAMES))
                 for beginning in line.sentence.beginnings:
                     self._lines.add(beginning, line)
 
     def _found(self, line: "_Line", place: Place, text: Text, at: int, rank: int) -> "_Found":
-        if line.claim is Late:
+        if line.claim in _FRAMES:
             return _Found(False, -math.inf, 0, rank, line, place)
         doubtful = any(map(text.has_end, place.slots.values()))
         if not doubtful and self._is_action and issubclass(line.claim, ActionClaim):
@@ -147,15 +149,17 @@ class _Found(NamedTuple):
     place: Place
 
 
+_FRAMES = (Late, Probably)  # claims with another sentence, which is read as if it were said flatly and in time
 _MANY = 1_000_000  # more than a voice has templates
 _RANK = itemgetter(slice(4))
 
 
 @cache
-def _sentence(template: str, late: bool) -> Sentence:
-    """The sentence of a template; of a late claim only the words before the late sentence."""
-    if late:
-        return Sentence(template.removesuffix("{text}").replace("{turn}", "{turn:d}"), ends=False)
+def _sentence(template: str, frame: bool) -> Sentence:
+    """The sentence of a template; of one with another sentence only the words before it."""
+    if frame:
+        words = template.removesuffix("{text}")
+        return Sentence(words.replace("{turn}", "{turn:d}").replace("{percent}", "{percent:d}"), ends=False)
     return Sentence(template)
 
 

@@ -45,8 +45,8 @@ class Vocabulary:
 
     A claim is an object with its class in `type`, and its fields. Actions of a verdict may be left out where there is a
     moment: it is on the student's last. Left out are instructions, verdicts on what was tried before the episode,
-    notices, and claims that have a kind of their own or come late. The ground of a `Grounded` claim is not known, so
-    that it is checked by what it `means`.
+    notices, claims that are hedged or come late, and those that compare turns. The ground of a `Grounded` claim is not
+    known, so that it is checked by what it `means`.
 
     Args:
         claims: the classes of a family. A class of all families is called `common.Name` where the family has its name.
@@ -97,8 +97,9 @@ class Vocabulary:
         cls = self.classes[name]
         forms = _forms(cls)
         properties = {field: form.schema for field, form in forms.items()}
-        if issubclass(cls, ActionClaim) and self._world is not None:
-            properties["action"] = {**properties["action"], "description": self._world.action_syntax}
+        if self._world is not None:
+            for field in _actions_of(cls):
+                properties[field] = {**properties[field], "description": self._world.action_syntax}
         return {
             "type": "object",
             "description": f"{cls.kind}: {' '.join(cleandoc(cls.__doc__ or '').split())}",
@@ -147,8 +148,8 @@ class Vocabulary:
             raise ValueError(f"{name} lacks the field {missing[0]!r}; its fields: {', '.join(forms)}")
         values = {field: self._value(f"{name}.{field}", form, given[field]) for field, form in forms.items()}
         if self._world is not None:
-            if issubclass(cls, ActionClaim):
-                values["action"] = self._legal(f"{name}.action", values["action"])
+            for field in _actions_of(cls):
+                values[field] = self._legal(f"{name}.{field}", values[field])
             if issubclass(cls, PlanClaim):
                 if not values["actions"]:
                     raise ValueError(f"{name}.actions must be at least one action, got none")
@@ -165,7 +166,8 @@ class Vocabulary:
     def _legal(self, where: str, action: Any) -> Any:
         assert self._world is not None  # noqa: S101  # the caller has looked
         try:
-            return self._world.legal(action)
+            named = self._world.read(action) if isinstance(action, str) else None
+            return self._world.legal(action if named is None else named)
         except (TypeError, ValueError, OverflowError):
             raise ValueError(f"{where} must be {self._world.action_syntax}, got {_shown(action)}") from None
 
@@ -293,7 +295,16 @@ _ENDS = re.compile(r"[.!?][\"')\]]*\s|\n")
 
 
 def _can_be_said(cls: type[Claim]) -> bool:
-    return isinstance(cls.kind, FeedbackType) and not cls.tried and not cls.placebo
+    return isinstance(cls.kind, FeedbackType) and not cls.tried and not cls.placebo and cls.within is Claim.within
+
+
+def _actions_of(cls: Any) -> list[str]:
+    """The fields that hold an action."""
+    return [
+        field.name
+        for field in fields(cls)
+        if field.type is Any or (field.name == "action" and issubclass(cls, ActionClaim))
+    ]
 
 
 def _may_lack(cls: type[Claim], field: str) -> bool:

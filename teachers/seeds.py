@@ -4,10 +4,21 @@ from typing import Final
 
 import numpy as np
 
-STREAMS: Final = ("oracle", "personality", "mixing", "voice", "teacher", "student", "order", "class", "information")
+STREAMS: Final = (
+    "oracle",
+    "personality",
+    "mixing",
+    "voice",
+    "teacher",
+    "student",
+    "order",
+    "class",
+    "information",
+    "choice",
+)
 """The streams beside the world's: the parts of a teacher, the policies in the seats of teacher and student, the order
-of a panel's teachers, the students of a class (their seeds and drawn parameters), and the worlds by which claims are
-measured.
+of a panel's teachers, the students of a class (their seeds and drawn parameters), the worlds by which claims are
+measured, and those by which a personality chooses among claims.
 """
 TREE: Final = 2
 """Version of this tree: it increases when seeds no longer give the same streams. Before 2 a seed was not one world."""

@@ -376,6 +376,7 @@ class Session:
         self.offers = tuple(map(Offer, teachers, purses, seats))
         """What each of the teachers has to say."""
         self._several = len(teachers) > 1
+        self._listeners = [teacher for teacher in teachers if teacher.listens]
         self.instructs, self.until_success = instructs, until_success and not repeated
         self.ask_cost, self.failure_reward = ask_cost, failure_reward
         self.observer = observer
@@ -685,6 +686,8 @@ class Session:
         else:
             self.atoms = said.atoms if type(said) is Utterance else ()
         self.info["atoms"] = self.atoms
+        for teacher in self._listeners:
+            teacher.hear(self.atoms)
         if self.observer is not None:
             self.observer.said(words, self.turn)
         return reward

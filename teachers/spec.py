@@ -39,6 +39,9 @@ Share = Annotated[float, Range(0, 1)]
 Count = Annotated[int, Range(0, 1_000_000)]
 """A number of things, 0 to 1,000,000."""
 
+Worlds = Annotated[int, Range(1, 100_000)]
+"""A number of worlds that are drawn."""
+
 
 @dataclasses.dataclass(frozen=True)
 class Spec:
@@ -344,13 +347,14 @@ def _dotted_name(node: ast.expr) -> str:
     return ".".join([node.id, *reversed(names)])
 
 
-def unknown(what: str, got: object, allowed: Iterable[str], where: str = "") -> str:
+def unknown(what: str, got: object, allowed: Iterable[str], where: str = "", near: Iterable[str] | None = None) -> str:
     """The message for a name that is not allowed: the nearest allowed names, then all of them.
 
-    With `where`, which says where to find the allowed names, they are counted instead of listed.
+    With `where`, which says where to find the allowed names, they are counted instead of listed. `near` has the nearest
+    ones, where they are known better than by their letters.
     """
     allowed = tuple(allowed)
-    near = difflib.get_close_matches(str(got), allowed, n=3, cutoff=0.4)
+    near = difflib.get_close_matches(str(got), allowed, n=3, cutoff=0.4) if near is None else [*near]
     hint = f"did you mean {' or '.join(near)}? " if near else ""
     if where:
         return f"unknown {what} {got!r}; {hint}all {len(allowed)} that are allowed are shown by {where}"

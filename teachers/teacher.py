@@ -5,14 +5,15 @@ from typing import Any
 
 import numpy as np
 
-from teachers.atoms import FN, FP, SILENCE, Claim, FeedbackType, Moment, ParseFailure, Utterance
+from teachers.atoms import FN, FP, SILENCE, Atom, Claim, FeedbackType, Moment, ParseFailure, Utterance
 from teachers.common import MayAsk, NotUnderstood
 from teachers.feedback import ALL, MIXED, draw_kinds, format_kinds, parse_kinds
-from teachers.oracle import Oracle
+from teachers.oracle import POSTERIOR, Oracle
 from teachers.personality import Personality, Pipeline, View, check_served, parse_personality, stages_of
 from teachers.phrasebook import Drawn, Draws, Paraphrase, Phrasebook, Rewriting, check_paraphrase
 from teachers.seeds import Seeds
 from teachers.voice import Change
+from teachers.witness import Grounds, abilities_of
 
 _RAISES = "instruction type {!r} is not supported; allowed: {}"
 
@@ -31,6 +32,7 @@ class Teacher:
         feedback_type: `a`, `n`, `m`, or kinds as `"r+hp"`, a set, a list or a tuple. It bounds what any
             personality may say: it is applied last.
         paraphrase: `"random"`, an integer or a callable `(templates, **slots) -> str`.
+        grounds: by which it finds out what the student can know, for personalities that need a posterior.
 
     Raises:
         ValueError: an argument is not supported, or the personality needs what the oracle does not give.
@@ -45,17 +47,20 @@ class Teacher:
         instruction_type: str = "b",
         feedback_type: str | Iterable[str] = "a",
         paraphrase: Paraphrase = "random",
+        grounds: Grounds | None = None,
     ) -> None:
         if not isinstance(oracle, Oracle):
             raise ValueError(f"oracle must be a teachers.oracle.Oracle, got {oracle!r}")
         self.oracle = oracle
         self.voice = voice
         self.personality = parse_personality(personality)
-        check_served(self.personality, oracle)
+        check_served(self.personality, oracle, abilities_of(grounds.posterior) if grounds else ())
+        self.grounds = grounds
         self.paraphrase = paraphrase
         self.instruction_type = instruction_type
         self.feedback_type = feedback_type
         self._offered: tuple[Claim, ...] = ()
+        self._brief: tuple[Claim, ...] = ()
         self._unasked: tuple[Moment, frozenset[FeedbackType]] | None = None  # where the oracle need not be asked
 
     def __repr__(self) -> str:
@@ -125,8 +130,19 @@ class Teacher:
         self._stage = None
         if not self.personality.transparent:
             self._view = View(self.oracle, self.voice.words)
+            if self.listens:
+                self._view.ground(self.grounds, self._stream("choice"))
             # Always as a pipeline, so that a lone personality draws what it draws as the first of several.
             self._stage = Pipeline(stages_of(self.personality)).start(self._stream("personality"))
+
+    @property
+    def listens(self) -> bool:
+        """Whether it has to know what the student hears."""
+        return POSTERIOR in self.personality.needs
+
+    def hear(self, atoms: Sequence[Atom]) -> None:
+        """Note all that the student has heard of the moment, also from others."""
+        self._view.hear([atom for atom in atoms if atom.claim not in self._brief])
 
     def _stream(self, name: str) -> np.random.Generator:
         """One of the episode's random streams from its beginning; made when it is needed, since that is slow."""
@@ -142,9 +158,11 @@ class Teacher:
         At the opening the instruction comes first, then advice for the first action; after a text that
         is no action a notice of what was expected.
         """
-        if moment.before is not None:
-            return self.say(self.judge(moment), moment.turn)
-        return self.say(self.notice(moment) + self.judge(moment), moment.turn)
+        notice = self.notice(moment) if moment.before is None else ()
+        said = self.say(notice + self.judge(moment), moment.turn)
+        if self.listens:
+            self.hear(said.atoms)
+        return said
 
     def open(self, moment: Moment) -> Utterance:
         """The instruction alone."""
@@ -156,7 +174,7 @@ class Teacher:
         if action is None:
             self.oracle.start(moment.after)
             rng = self._stream("oracle") if self._instruction_type == "p" else None
-            brief = self.oracle.brief(moment.after, self._instruction_type, rng)
+            brief = self._brief = self.oracle.brief(moment.after, self._instruction_type, rng)
             return brief if moment.ask_cost is None else (*brief, MayAsk(cost=float(moment.ask_cost)))
         if type(action) is ParseFailure:
             return (NotUnderstood(got=action.got, expected=action.expected, why=action.why),)
@@ -171,6 +189,8 @@ class Teacher:
             self._unasked = moment, kinds
             return ()
         self._view.see(moment, self._able)
+        if moment.action is None and self.listens:
+            self._view.hear([Atom(claim, "", moment.turn) for claim in self._brief])
         return self._choose(moment, kinds)
 
     def answer(self, moment: Moment) -> tuple[Claim, ...]:

@@ -5,12 +5,28 @@ from typing import Any
 
 import numpy as np
 
-from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, FeedbackType, Moment, R
-from teachers.common import Chance, Example, Late, Paid, PartlyRight, Right, Trap, Wrong, sign_of
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Atom, Claim, FeedbackType, HedgedClaim, Moment, R
+from teachers.common import (
+    Better,
+    BetterTurn,
+    Chance,
+    Example,
+    Late,
+    Paid,
+    PartlyRight,
+    Right,
+    Trap,
+    WorseTurn,
+    Wrong,
+    sign_of,
+)
 from teachers.fingerprint import Fingerprints
+from teachers.information import Bits, Information
 from teachers.oracle import Oracle
+from teachers.witness import Grounds, InformationT, Note, Witness
 
 HINDSIGHT = frozenset((HP, HN))
+_EQUAL = 1e-9  # values that differ by less differ by rounding
 
 
 def first_of(kinds: Set[FeedbackType], claims: Sequence[Claim[Any]]) -> int | None:
@@ -34,16 +50,23 @@ class View:
         self.asked = False
         """Whether this is the answer to a student's question, which is advice only."""
         self._words = words
+        self._grounds: Grounds | None = None
 
     def see(self, moment: Moment[Any], kinds: frozenset[FeedbackType]) -> None:
         """Go on to the next moment and its wanted kinds."""
         self._moments.append(moment)
+        if self._grounds is not None:
+            self._notes.append(moment)
         self.kinds = kinds
         self.asked = False
 
     def ask(self) -> None:
         """Note that the student has asked for advice on the moment, after its feedback was said."""
         self.asked = True
+
+    def hear(self, atoms: Sequence[Atom]) -> None:
+        """Note what the student has heard of the moment."""
+        self._notes.append(tuple(atoms))
 
     @property
     def moment(self) -> Moment[Any]:
@@ -82,6 +105,10 @@ class View:
     def plan(self, n: int) -> tuple[Any, ...]:
         """At most `n` actions of an optimal policy from here on."""
         return self._oracle.plan(self.moment.after, n)
+
+    def clues(self) -> tuple[Claim[Any], ...]:
+        """True claims that help and name no action, from little to much; none once the episode is over."""
+        return () if self.moment.over else self._oracle.clues(self.moment.after)
 
     def regret(self) -> float:
         """Value lost by the last action: 0 if it was optimal, ties included."""
@@ -131,6 +158,36 @@ class View:
         """A number that is equal for equal actions."""
         return self._fingerprints.of(action)
 
+    # What a student can know.
+
+    def ground(self, grounds: Grounds | None, rng: np.random.Generator) -> None:
+        """Find out what the student can know from now on.
+
+        Args:
+            grounds: by which it is found out.
+            rng: draws the worlds by which claims are weighed.
+        """
+        self._grounds, self._notes, self._rng = grounds, list[Note](), rng
+        self._witnesses: dict[int, Witness[Information]] = {}
+
+    def witness(
+        self, cls: Callable[..., InformationT], rng: np.random.Generator, **arguments: Any
+    ) -> Witness[InformationT]:
+        """A witness with information of a class, given its random stream and its arguments beside the grounds."""
+        assert self._grounds is not None  # noqa: S101  # or the personality would not be served
+        return Witness(cls(*self._grounds, rng, **arguments), self._notes)
+
+    def weigh(self, claim: Claim[Any], worlds: int) -> Bits:
+        """How much a claim would say to the student, given all that it saw and heard, by so many worlds."""
+        if worlds not in self._witnesses:
+            self._witnesses[worlds] = self.witness(Information, self._rng, worlds=worlds)
+        return self._witnesses[worlds].weigh(_bare(claim), claim.turn if isinstance(claim, Late) else self.turn)
+
+    def weigh_all(self, claims: Sequence[Claim[Any]], worlds: int) -> list[tuple[Claim[Any], Bits]]:
+        """Some claims and the oracle's clues of the wanted kinds, each with how much it would say."""
+        clues = [clue for clue in self.clues() if clue.kind in self.kinds]
+        return [(claim, self.weigh(claim, worlds)) for claim in (*claims, *clues)]
+
     # Operations on claims.
 
     def moment_of(self, claim: Claim[Any]) -> Moment[Any]:
@@ -175,18 +232,18 @@ class View:
         """A less specific claim that advice or a warning implies: level 0 is the vaguest, the last is the claim itself.
 
         If the claim has no coarser ones, level 0 says that there is something to do or to avoid. A claim that does not
-        hold, or is a placebo, is returned as it is, because it implies nothing.
+        hold, is hedged or a placebo, is returned as it is, because it implies nothing.
         """
         bare, moment = _bare(claim), self.moment_of(claim)
-        if bare.placebo:
+        if bare.placebo or isinstance(bare, HedgedClaim):
             return claim
         rungs = bare.coarser(moment, self._oracle.lab) or (self._dim(bare),)
         return _like(claim, rungs[level]) if level < len(rungs) and self.holds(claim) else claim
 
     def vague(self, claim: Claim[Any]) -> Claim[Any]:
-        """A claim without its numbers and names. A claim that does not hold, or is a placebo, is returned as it is."""
+        """A claim without its numbers and names. One that does not hold, is hedged or a placebo, is left as it is."""
         bare, moment = _bare(claim), self.moment_of(claim)
-        if bare.placebo or not self.holds(claim):
+        if bare.placebo or isinstance(bare, HedgedClaim) or not self.holds(claim):
             return claim
         if claim.kind is R:
             return _like(claim, Paid(sign=sign_of(moment.reward)))
@@ -217,6 +274,25 @@ class View:
             actions.append(action)
             ground.append(None if solved else advised[0])
         return Example.on(tuple(ground), actions=tuple(actions)) if actions else None
+
+    def better(self, this: Any, that: Any) -> Better | None:
+        """The claim that one action is better now than another; None if there is no hindsight on such an action."""
+        this, that = map(self._oracle.lab.legal, (this, that))
+        found = self._oracle.judge(self._oracle.try_out(self.moment, this)._replace(over=True), HINDSIGHT)
+        return Better.on(found[0], this=this, that=that) if found else None
+
+    def better_turn(self, ago: int) -> BetterTurn | WorseTurn | None:
+        """The claim that this turn was better or worse than one so many turns ago.
+
+        None if they lost as much, and without hindsight on both.
+        """
+        both = self.moment, self._moments[-1 - ago]
+        verdicts = [next(iter(self._hindsight_on(each)), None) for each in both]
+        if None in verdicts:
+            return None
+        lost, earlier = map(self._oracle.regret, both)
+        cls = BetterTurn if lost < earlier else WorseTurn
+        return cls.on((both[1], *verdicts), ago=ago) if abs(lost - earlier) > _EQUAL else None
 
     def _dim(self, ground: Claim[Any]) -> Claim[Any]:
         return (Chance if ground.kind is FP else Trap).on(ground)

@@ -1,5 +1,6 @@
 """The words that people read in place of codes: of kinds of feedback, of feedback and instruction types, of labels."""
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 from teachers.atoms import KINDS, FeedbackType, Label
@@ -11,6 +12,7 @@ __all__ = [
     "KIND_WORDS",
     "VERDICTS",
     "VerdictWord",
+    "coded_words",
     "feedback_words",
     "kind_word",
     "type_words",
@@ -42,17 +44,19 @@ _WHOLE = {"a": "all kinds", "n": "none", "m": "random kinds"}
 class VerdictWord(NamedTuple):
     """What the simulator says of a sentence."""
 
-    holds: bool
+    holds: bool | None
+    """None if it is neither true nor false."""
     word: str
 
     def __str__(self) -> str:
-        return f"{'✓' if self.holds else '✗'} {self.word}"
+        return f"{'✓' if self.holds else '✗' if self.holds is False else '~'} {self.word}"
 
 
 VERDICTS = {
     Label.TRUTHFUL: VerdictWord(True, "true"),
     Label.LATE: VerdictWord(True, "true, late"),
     Label.PLACEBO: VerdictWord(True, "true, beside the point"),
+    Label.HEDGED: VerdictWord(None, "hedged"),
     Label.DISTORTED: VerdictWord(False, "false"),
 }
 """The verdict on each label that has been checked."""
@@ -66,6 +70,11 @@ def kind_word(kind: FeedbackType | None, opening: bool = False) -> str:
 def type_words(instruction_type: str, feedback_type: str) -> str:
     """An instruction type and a feedback type in words: `basic, all kinds` for b and a."""
     return f"{INSTRUCTIONS[instruction_type]}, {feedback_words(feedback_type)}"
+
+
+def coded_words(codes: Iterable[str]) -> str:
+    """Instruction types, or kinds, in words with their codes: `basic (b), complete (c)`, `reward (r), praise (hp)`."""
+    return ", ".join(f"{INSTRUCTIONS.get(code) or KIND_WORDS[FeedbackType(code)]} ({code})" for code in codes)
 
 
 def feedback_words(feedback_type: str) -> str:

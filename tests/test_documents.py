@@ -171,7 +171,8 @@ def test_the_page_of_words_has_what_people_look_for():
 
 def test_the_readme_counts_the_personalities_and_the_known_results():
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    assert f"| {len(PERSONALITIES.names)} personalities that combine" in readme
+    (least,) = re.findall(r"\| more than (\d+) personalities that combine", readme)
+    assert len(PERSONALITIES.names) > int(least)
     verdicts = Counter(re.findall(r"\*\*(yes|no|open)\*\* \|", (ROOT / "docs" / "known-results.md").read_text("utf-8")))
     assert verdicts == {"yes": 3, "no": 8, "open": 3}
     assert "three hold here as they are stated, eight do not, and three are open" in " ".join(readme.split())

@@ -19,7 +19,7 @@ from pz_envs.family import all_families
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("worlds", "teachers", "pz_envs", "llf_teacher")
 LAYERS = {  # per layer where the families are, and what is there besides
-    "worlds": ("worlds/*.py", {"__init__", "actions", "spaces", "testing", "world"}),
+    "worlds": ("worlds/*.py", {"__init__", "actions", "spaces", "testing", "towns", "world"}),
     "oracles": ("teachers/oracles/*.py", {"__init__"}),
     "phrases": ("teachers/phrases/*.toml", {"common"}),
     "declarations": ("pz_envs/families/*.py", {"__init__"}),
@@ -80,6 +80,24 @@ def imported(path):
         elif isinstance(node, ast.ImportFrom):
             found |= {f"{node.module}.{alias.name}" for alias in node.names}
     return found
+
+
+AS_TEXT = {"Console": "emoji", "TextColumn": "markup"}
+"""What rich must not do with names, by what is made of it; a text of `Console.status` is always markup."""
+
+
+def test_consoles_show_names_as_they_are():
+    """By default rich makes emoji of parts such as `:cat:`, which ids may have."""
+    calls = [(path, node) for path, tree in trees().items() for node in ast.walk(tree) if isinstance(node, ast.Call)]
+    made = [(path, call) for path, call in calls if isinstance(call.func, ast.Name) and call.func.id in AS_TEXT]
+    assert len(made) > 10
+    for path, call in made:
+        given = {each.arg: getattr(each.value, "value", None) for each in call.keywords}
+        assert given.get(AS_TEXT[call.func.id]) is False, f"{path}:{call.lineno}"
+    spinning = {
+        path.name for path, call in calls if isinstance(call.func, ast.Attribute) and call.func.attr == "status"
+    }
+    assert spinning == {"terminal.py"}
 
 
 def texts(node):

@@ -3,6 +3,8 @@
 Numbers are Python's, arrays are tuples, dicts are tuples of pairs. Each function dispatches on the type of the space.
 """
 
+import contextlib
+import copy
 import math
 from collections.abc import Callable, Mapping
 from functools import singledispatch
@@ -11,7 +13,7 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-__all__ = ["canonical", "format_value", "inward", "is_element", "native", "syntax"]
+__all__ = ["canonical", "describe_space", "format_value", "inward", "is_element", "native", "syntax"]
 
 
 @singledispatch
@@ -37,7 +39,24 @@ def syntax(space: spaces.Space[Any]) -> str:
     Raises:
         ValueError: actions of this space cannot be written as text.
     """
-    return f"an element of {space}"
+    return f"an element of {describe_space(space)}"
+
+
+def describe_space(space: spaces.Space[Any]) -> str:
+    """A space as Gymnasium shows it; one whose own text has an address in memory by its name and an element."""
+    if isinstance(space, spaces.Dict):
+        return f"Dict({', '.join(f'{name!r}: {describe_space(part)}' for name, part in space.items())})"
+    if isinstance(space, spaces.Tuple):
+        return f"Tuple({', '.join(map(describe_space, space))})"
+    text = f"{space}"
+    if " at 0x" not in text:
+        return text
+    name = type(space).__name__
+    drawn = copy.deepcopy(space)  # the space's own stream of random numbers stays where it is
+    with contextlib.suppress(Exception):  # a space of the user's own may fail in any way
+        drawn.seed(0)
+        return f"{name}, such as {drawn.sample()!r}"
+    return name
 
 
 def is_element(space: spaces.Space[Any], action: Any) -> bool:

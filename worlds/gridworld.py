@@ -15,6 +15,7 @@ import numpy.typing as npt
 from gymnasium import spaces
 
 from worlds.actions import is_element
+from worlds.towns import town_stream
 from worlds.world import World, illegal
 
 __all__ = [
@@ -29,6 +30,7 @@ __all__ = [
     "Layout",
     "Truth",
     "distances_from",
+    "kind_of",
     "look_around",
     "names_of",
     "view_of",
@@ -75,6 +77,8 @@ class Layout(NamedTuple):
     """For each room, the objects in it, without the treasure."""
     treasure: int
     """The room with the treasure."""
+    law: str = ""
+    """The type of room in which the treasures of the town lie; empty without a town."""
 
 
 class Sides(NamedTuple):
@@ -113,6 +117,7 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
         object_types: types of objects, at least one.
         treasure: name of the treasure.
         map: whether the teacher's instruction gives the plan of the house; the world itself is the same.
+        town: number of a town, at least 0, in whose houses treasures lie in rooms of one type; None: in any rooms.
 
     Names consist of letters, spaces, hyphens and apostrophes.
     """
@@ -135,6 +140,7 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
         object_types: Sequence[str] = OBJECTS,
         treasure: str = TREASURE,
         map: bool = False,
+        town: int | None = None,
         render_mode: str | None = None,
     ) -> None:
         super().__init__(
@@ -146,6 +152,7 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
             object_types=object_types,
             treasure=treasure,
             map=map,
+            town=town,
         )
         _check("num_rooms", num_rooms, 2, 10_000)
         _check("num_objects", num_objects, 0, 100_000)
@@ -156,6 +163,9 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
             raise ValueError(f"treasure must be {_NAMED}, and not in object_types, got {treasure!r}")
         if not isinstance(map, bool):
             raise ValueError(f"map must be True or False, got {map!r}")
+        rng = town_stream("gridworld", town)
+        self.law = room_types[int(rng.integers(len(room_types)))] if rng else ""
+        """The type of room in which treasures lie; empty without a town."""
         self.things = (*object_types, treasure)
         """The objects that may be in a room, the treasure last."""
         self.observation_space = spaces.Dict(
@@ -255,14 +265,17 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
         types, things = self.options["room_types"], self.things[:-1]
         rooms, num_objects = len(doors), self.options["num_objects"]
         draws = rng.random(rooms + 2 * num_objects).tolist()
-        names = names_of([types[int(draw * len(types))] for draw in draws[:rooms]])
+        kinds = [types[int(draw * len(types))] for draw in draws[:rooms]]
+        if self.law:
+            kinds[treasure] = self.law
+        names = names_of(kinds)
         objects: list[tuple[str, ...]] = [()] * rooms
         for place, kind in zip(draws[rooms::2], draws[rooms + 1 :: 2], strict=True):
             room, thing = int(place * rooms), things[int(kind * len(things))]
             if thing not in objects[room]:
                 objects[room] = tuple(sorted((*objects[room], thing)))
         behind = tuple((north, east, west, south) for north, east, west, south in doors)
-        return Layout(behind, names, tuple(objects), treasure)
+        return Layout(behind, names, tuple(objects), treasure, self.law)
 
 
 def _check(name: str, value: Any, least: int, most: int) -> None:
@@ -288,6 +301,11 @@ def names_of(types: Sequence[str]) -> tuple[str, ...]:
         count[kind] = number = count[kind] + 1
         names.append(f"{kind}-{number}")
     return tuple(names)
+
+
+def kind_of(name: str) -> str:
+    """The type of the room with this name."""
+    return name.rpartition("-")[0]
 
 
 def view_of(layout: Layout, room: int, things: Sequence[str]) -> tuple[npt.NDArray[np.int8], npt.NDArray[np.int8]]:

@@ -89,7 +89,7 @@ def audit(
         family = registry.entry(id).family
         if bits and not family.posterior:
             unmeasured[family.name] = None
-        elif family.serves(spec):
+        elif family.serves(spec, **family.posterior_needs):
             jobs.append((id, spec, turns, feedback_type, voice, bits))
         else:
             left_out.setdefault(family.name, {})[spec] = None
@@ -319,6 +319,7 @@ def _print(found: list["Audit"]) -> None:
     for student, number in claims.items():
         table.add_row(f"{number}", f"{wrong[student]}", escape(student))
     console.print("[bold]students[/]", table, sep="\n")
+    _print_hedges(console, [each for each in found if each.hedges.sentences])
     console.print(
         "\nColumns: claims by kind; share of claims that hold, with those of instructions; claims of the oracle that "
         "were withheld; words of feedback in a turn; leaks; pairs of claims that contradict each other."
@@ -343,6 +344,22 @@ def _print(found: list["Audit"]) -> None:
             lost, new = (", ".join(names) or "nothing" for names in (change.vanished, change.appeared))
             console.print(f"  {change.before}\n  {change.after}\n  vanished: {lost}; appeared: {new}", markup=False)
     console.print(f"\n{summary(found)}", markup=False)
+
+
+def _print_hedges(console: Console, found: list["Audit"]) -> None:
+    """Print how often the hedged claims of each teacher hold, by the probability with which they were said."""
+    for each in found:
+        hedges = each.hedges
+        table = Table("said", "sentences", "mean", "hold", box=None, padding=(0, 2, 0, 0))
+        for group in hedges.bins:
+            numbers = f"{group.sentences:,}", f"{group.said:.1%}", f"{group.held:.1%}"
+            table.add_row(f"{group.low:.0%} to {group.low + 0.09:.0%}", *numbers)
+        console.print(f"[bold]hedges of {escape(each.teacher)} in {escape(each.id)}[/]", table, sep="\n")
+        console.print(
+            f"{hedges.sentences:,} sentences in {len(hedges.scores)} episodes: Brier score {hedges.brier:.3f}, "
+            f"expected calibration error {hedges.error:.3f}; {hedges.verdict} (p = {hedges.p_value:.2g})",
+            markup=False,
+        )
 
 
 def summary(found: list["Audit"]) -> str:

@@ -36,6 +36,9 @@ def film(
     ] = None,
     theme: Annotated[str, typer.Option(help="Colours: light or dark.")] = "light",
     seconds: Annotated[float, typer.Option(help="Seconds that each turn is shown.", min=0.02)] = 1.5,
+    bits: Annotated[
+        int, typer.Option(min=0, metavar="WORLDS", help="Show how much each claim says, by so many worlds.")
+    ] = 0,
     plain: Annotated[
         bool,
         typer.Option(
@@ -61,6 +64,7 @@ def film(
         instruction_type=instruction_type,
         feedback_type=feedback_type,
         seed=seed,
+        worlds=bits,
         max_turns=max_turns,
         theme=theme,
         privileged_info=not plain,

@@ -99,12 +99,14 @@ def _matches(name: str, pattern: str) -> bool:
 
 def _show_environments(console: Console, family: Family, ids: list[str]) -> None:
     from llf_teacher.registry import supported_types
+    from teachers.words import coded_words
 
     if not ids:
         return
-    instructions, feedback = (" ".join(types) for types in supported_types(ids[0]))
     console.print(f"\n[bold]{family.name}[/]: {escape(family.summary)}")
-    console.print(f"  {family.max_turns} turns, instructions {instructions}, feedback {feedback}")
+    instructions, feedback = map(coded_words, supported_types(ids[0]))
+    console.print(f"  {family.max_turns} turns, instructions {instructions}", soft_wrap=True)
+    console.print(f"  feedback {feedback}", soft_wrap=True)
     for id in ids:
         console.print(f"  [cyan]{id}[/]", soft_wrap=True)
 

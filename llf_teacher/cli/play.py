@@ -14,11 +14,10 @@ from rich.text import Text
 from llf_teacher.cli import complete_id, complete_student, complete_teacher, read_options, search_here
 from llf_teacher.escaping import escape_control_chars
 from pz_envs.seats import STUDENT, TEACHER
-from teachers.atoms import KINDS, Atom, ParseFailure
-from teachers.common import Late
+from teachers.atoms import KINDS, ParseFailure
 from teachers.feedback import parse_kinds
-from teachers.session import BIT, within
 from teachers.spec import unknown
+from teachers.terminal import Waiting
 from teachers.words import KIND_MEANINGS, KIND_WORDS
 
 if TYPE_CHECKING:
@@ -26,11 +25,14 @@ if TYPE_CHECKING:
 
     from llf_teacher.episodes.live import LiveLesson
     from teachers.atoms import Claim
-    from teachers.information import Information
     from teachers.session import Offer, Session
 
-UNDO, HELP, QUIT = "undo", ("?", "help"), ("quit", "exit")
-"""What a person types to take a turn back, to read the rules again, and to leave, if the world has no such action."""
+UNDO, HELP, QUIT = "undo", ("?", "help"), ("q", "quit", "exit")
+"""What a person types to take a turn back, to read the rules again, and to leave.
+
+To leave a world that has such an action, and in any line of a text of several lines, a colon stands before the word.
+"""
+_CERTAIN = ":"
 _COMMANDS = f"Type {UNDO} to take a turn back, {HELP[0]} for the rules, {QUIT[0]} or Ctrl-D to leave."
 _STYLES = {
     "here": "bold blue",
@@ -90,9 +92,9 @@ def play(
 ) -> None:
     """Play the student: read the feedback and type actions. Or play the teacher: choose the feedback.
 
-    `undo` takes a turn back, `?` or `help` shows the rules, `quit` or Ctrl-D leaves. What is no action, or not among
-    those that the world lists, costs no turn. An empty line ends a text of several lines and is ignored elsewhere. Set
-    NO_COLOR to switch colours off.
+    `undo` takes a turn back, `?` or `help` shows the rules; `q`, `quit`, `exit` or Ctrl-D leaves, and `:q` does where
+    `q` may be an answer. What is no action, or not among those that the world lists, costs no turn. An empty line ends
+    a text of several lines and is ignored elsewhere. Set NO_COLOR to switch colours off.
     """
     if seat not in ("student", "teacher"):
         raise ValueError(f"seat {seat!r} is unknown; allowed: student, teacher")
@@ -100,29 +102,32 @@ def play(
         raise ValueError("a student cannot see how much claims say; use --seat teacher, or leave out --bits")
     console = Console(emoji=False, highlight=False)
     try:
-        lesson = _lesson(
-            id,
-            seat,
-            student,
-            secrets.randbelow(2**31) if seed is None else seed,
-            bits > 0,
-            read_options(option),
-            teacher=teacher,
-            instruction_type=instruction_type,
-            feedback_type=feedback_type,
-            max_turns=max_turns,
-            budget=budget if seat == "teacher" else None,
-        )
+        with Waiting(f"Preparing {id}"):
+            lesson = _lesson(
+                id,
+                seat,
+                student,
+                secrets.randbelow(2**31) if seed is None else seed,
+                bits,
+                read_options(option),
+                teacher=teacher,
+                instruction_type=instruction_type,
+                feedback_type=feedback_type,
+                max_turns=max_turns,
+                budget=budget if seat == "teacher" else None,
+            )
         if seat == "student":
             _learn(console, lesson)
         else:
-            _teach(console, lesson, bits)
+            if lesson.unmeasured:
+                raise ValueError(lesson.unmeasured)
+            _teach(console, lesson)
     except (EOFError, KeyboardInterrupt):
         console.print("\nYou left the episode.")
 
 
 def _lesson(
-    id: str, seat: str, student: str, seed: int, measured: bool, options: dict[str, Any], **settings: Any
+    id: str, seat: str, student: str, seed: int, worlds: int, options: dict[str, Any], **settings: Any
 ) -> "LiveLesson":
     """The lesson with a person in a seat."""
     from llf_teacher.episodes.live import LiveLesson
@@ -140,10 +145,10 @@ def _lesson(
         until_success=teaches,
         render_mode="ansi",
         privileged_info=teaches,
-        options={**found.options, **(found.family.posterior_needs if measured else {}), **options},
+        options={**found.options, **(found.family.posterior_needs if worlds else {}), **options},
         **settings,
     )
-    return LiveLesson(found, lesson, seed, frozenset((TEACHER if teaches else STUDENT,)), player)
+    return LiveLesson(found, lesson, seed, frozenset((TEACHER if teaches else STUDENT,)), player, worlds)
 
 
 def _learn(console: Console, lesson: "LiveLesson") -> None:
@@ -172,19 +177,27 @@ def _answer(console: Console, lesson: "LiveLesson", prompt: str) -> str | None:
     session = lesson.session
     several_lines = session.world.several_lines
     text = _ask(console, prompt, several_lines)
-    words = text.strip().lower()
-    if not words or words == UNDO:
-        return words or None
-    if words in HELP:
+    command, certain = _command(text)
+    if command in ("", UNDO):
+        return command or None
+    if command in HELP:
         _explain(console, session)
         return None
     why = _refusal(session, text)
-    if words in QUIT and (why or several_lines):
+    if command in QUIT and (certain or why or several_lines):
         raise EOFError
     if why:
         _put(console, Text(escape_control_chars(f"No turn is lost: {why}.")))
         return None
     return text
+
+
+def _command(text: str) -> tuple[str, bool]:
+    """A text as a command would be written, and whether it can be nothing else, by the colon before it."""
+    words = text.strip().lower()
+    named = words.removeprefix(_CERTAIN)
+    certain = named != words and named in (UNDO, *HELP, *QUIT)
+    return (named, True) if certain else (words, False)
 
 
 def _refusal(session: "Session", text: str) -> str:
@@ -202,28 +215,21 @@ def _explain(console: Console, session: "Session") -> None:
     for kind in KINDS:
         _put_beside(console, Text(f"{kind:2} ", _STYLES[kind]), Text(KIND_MEANINGS[kind]))
     console.print()
-    _put(console, Text(_COMMANDS, "dim"))
+    also = f" Where {QUIT[0]} may be an answer, {_CERTAIN}{QUIT[0]} leaves."
+    _put(console, Text(_COMMANDS + also, "dim"))
 
 
-def _teach(console: Console, lesson: "LiveLesson", worlds: int) -> None:
-    """An episode in the teacher's seat, which sees the truth, and by so many worlds how much it would say."""
+def _teach(console: Console, lesson: "LiveLesson") -> None:
+    """An episode in the teacher's seat, which sees the truth, and how much it would say if that is measured."""
     session, offer = lesson.session, lesson.teacher_view.offer
-    information = lesson.family.make_information(session.world, lesson.seed, worlds) if worlds else None
     _greet(console, lesson)
     _put(console, Text(escape_control_chars(session.instruction), "bold"))
     while not lesson.over:
         _show(console, lesson)
-        if information is not None:
-            information.see(session.moment)
-            if not session.moment.turn:
-                information.hear(getattr(session.instruction, "atoms", ()))
-        subset = _choose(console, offer, partial(_explain, console, session), information)
+        subset = _choose(console, lesson, partial(_explain, console, session))
         if subset is None:
             _take_back(console, lesson, TEACHER)
             continue
-        if information is not None:
-            said = [claim for claim in offer.claims() if claim.kind is None or subset & BIT[claim.kind]]
-            information.hear([_atom(claim, session.moment.turn) for claim in within(offer.purse.left, said)])
         lesson.move(TEACHER, subset)
         _put(console, Text(escape_control_chars(session.feedback), "green"))
     _sum_up(console, lesson, offer.purse.cost * offer.purse.spent)
@@ -304,43 +310,42 @@ def _sum_up(console: Console, lesson: "LiveLesson", costs: float) -> None:
     console.print(f"Over after {moment.turn} turns: {solved}, total reward {total:.4g}.")
 
 
-def _choose(
-    console: Console, offer: "Offer", explain: Callable[[], None], information: "Information | None"
-) -> int | None:
+def _choose(console: Console, lesson: "LiveLesson", explain: Callable[[], None]) -> int | None:
     """The subset of the kinds that a person types, asked until it is one, none once the budget is spent; None: undo."""
+    offer = lesson.teacher_view.offer
     purse = offer.purse
-    if not purse.left:
-        spent = f"Your budget of {purse.budget} is spent, so that you can say nothing more. Enter to go on> "
-        return None if console.input(spent).strip().lower() == UNDO else 0
-    for claim in offer.claims():
-        if claim.kind is not None:
-            lead = Text("  ").append(f"{claim.kind:2} {KIND_WORDS[claim.kind]}: ", _STYLES[claim.kind])
-            said = Text(escape_control_chars(_worded(claim, offer)))
-            if information is not None:
-                said.append(f"  {information.weigh(_atom(claim, offer.moment.turn))}", "dim")
-            _put_beside(console, lead, said)
+    claims = [claim for claim in offer.claims() if claim.kind is not None] if purse.left else []
+    bits = lesson.weigh(claims)
+    for i, claim in enumerate(claims):
+        kind = f"{claim.kind}"
+        lead = Text("  ").append(f"{kind:2} {KIND_WORDS[claim.kind]}: ", _STYLES[kind])
+        said = Text(escape_control_chars(_worded(claim, offer)))
+        if bits:
+            said.append(f"  {bits[i].described}", "dim")
+        _put_beside(console, lead, said)
     left = "" if purse.budget is None else f"; {purse.left} of {purse.budget} left"
     prompt = f"Say which kinds of {', '.join(KINDS)}? (a: all, empty: none{left})> "
+    if not purse.left:
+        prompt = f"Your budget of {purse.budget} is spent, so that you can say nothing more. Enter to go on> "
     while True:
-        words = console.input(prompt).lower().replace("+", " ").replace(",", " ").split()
-        if words == [UNDO]:
+        text = console.input(prompt)
+        command, _ = _command(text)
+        if command == UNDO:
             return None
-        if words and words[0] in QUIT:
+        if command in QUIT:
             raise EOFError
-        if words and words[0] in HELP:
+        if command in HELP:
             explain()
             continue
+        if not purse.left:
+            return 0
+        words = text.lower().replace("+", " ").replace(",", " ").split()
         try:
             kinds = parse_kinds("a" if words in (["a"], ["all"]) else words)
         except ValueError:
             console.print(f"Type some of {', '.join(KINDS)}, a for all of them, or nothing; {HELP[0]} explains them.")
             continue
         return sum(1 << i for i, kind in enumerate(KINDS) if kind in kinds)
-
-
-def _atom(claim: "Claim[Any]", turn: int) -> Atom:
-    """A claim of a turn as it is heard, without words."""
-    return Atom(claim.claim, "", claim.turn) if isinstance(claim, Late) else Atom(claim, "", turn)
 
 
 def _worded(claim: "Claim[Any]", offer: "Offer") -> str:
@@ -354,8 +359,10 @@ def _worded(claim: "Claim[Any]", offer: "Offer") -> str:
 
 def _ask(console: Console, prompt: str, several_lines: bool) -> str:
     lines = [console.input(prompt)]
-    if lines[0].strip().lower() in (UNDO, *HELP, *QUIT):
+    if _command(lines[0])[0] in (UNDO, *HELP, *QUIT):
         return lines[0]
     while several_lines and lines[-1].strip():
         lines.append(input())
+        if _command(lines[-1])[1]:
+            return lines[-1]
     return "\n".join(lines)

@@ -1,7 +1,7 @@
 """A lesson with people in some of its seats, whose turns can be taken back."""
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
 
 from llf_teacher.episodes.record import TurnRow
 from llf_teacher.episodes.recorder import Recorder
@@ -11,7 +11,11 @@ from pz_envs.assembly import assemble
 from pz_envs.frames import EpisodeRenderer
 from pz_envs.seats import STUDENT, TEACHER
 from pz_envs.settings import Settings
+from teachers.atoms import Claim
 from teachers.seeds import Seeds
+
+if TYPE_CHECKING:
+    from teachers.information import Bits
 
 __all__ = ["WATCHER", "LiveLesson", "OutOfTurnError", "Saying"]
 
@@ -40,18 +44,27 @@ class LiveLesson:
         people: the seats of people.
         student: what plays the student's seat where no person has it.
 
+        worlds: number of worlds by which it is measured how much each claim says; 0: it is not.
+
     Raises:
         ValueError: the student cannot play here.
     """
 
     def __init__(
-        self, entry: Entry, settings: Settings, seed: int, people: frozenset[str], student: Student | None = None
+        self,
+        entry: Entry,
+        settings: Settings,
+        seed: int,
+        people: frozenset[str],
+        student: Student | None = None,
+        worlds: int = 0,
     ) -> None:
         self.family, self.settings, self.seed, self.people = entry.family.for_lesson(settings), settings, seed, people
         self.reads = "words" if student is None else student.reads
         self.session, self.view, (self.teacher_view,) = assemble(self.family, settings, undoable=True)
         self._policy = None if student is None else student.seat(self.family, self.session.world)
         self._recorder = Recorder(self.family.name, self.view)
+        self._recorder.measure(self.family, seed, worlds)
         self.moves: list[tuple[str, Any]] = []
         """The seat of each move, and the move."""
         self.undone = 0
@@ -65,6 +78,15 @@ class LiveLesson:
     def rows(self) -> list[TurnRow]:
         """The turns that are complete: the teacher has spoken."""
         return self._recorder.rows
+
+    @property
+    def unmeasured(self) -> str:
+        """Why it cannot be measured how much claims say; empty if it is, or is not asked for."""
+        return self._recorder.why
+
+    def weigh(self, claims: Iterable[Claim[Any]]) -> "list[Bits]":
+        """How much each claim would say now, as `Offer.claims` has them; empty if it is not measured."""
+        return self._recorder.weigh(claims)
 
     @property
     def over(self) -> bool:

@@ -8,7 +8,7 @@ import zlib
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from enum import Enum
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,9 @@ from llf_teacher.models.replies import LENGTH
 from teachers import common
 from teachers.atoms import FP, KINDS, Atom, Claim, Label, action_of
 from teachers.schema import sentences_of
+
+if TYPE_CHECKING:
+    from teachers.information import Bits
 
 
 class EpisodeSpec(NamedTuple):
@@ -43,6 +46,8 @@ class EpisodeSpec(NamedTuple):
     """Number of the sample; samples differ only in the student's random stream."""
     options: str = ""
     """Options of the environment, as JSON, beside those of its id; empty: none."""
+    draws: int = 0
+    """Number of worlds by which it is measured how much each claim says; 0: it is not. The lesson is the same."""
 
     @property
     def key(self) -> str:
@@ -54,7 +59,7 @@ class EpisodeSpec(NamedTuple):
 
 
 _OF_LESSONS = ("lessons", "taught", "worlds")
-_LATER = ("sample", "options")  # newer fields, whose defaults leave the keys of older episodes unchanged
+_LATER = ("sample", "options", "draws")  # newer fields, whose defaults leave the keys of older episodes unchanged
 
 
 class TurnRow(NamedTuple):
@@ -75,7 +80,7 @@ class TurnRow(NamedTuple):
     instruction: str | None
     feedback: str
     atoms: list[dict[str, Any]]
-    """The claims that were said, each by `as_dict`."""
+    """The claims that were said, each by `as_dict`; those of feedback have `information`, if it is measured."""
     answer: str | None = None
     """The answer of a model, without thoughts; this and the rest are null for students that ask none."""
     thought: str | None = None
@@ -119,6 +124,7 @@ class EpisodeRow(NamedTuple):
     claims: int
     """Number of atoms with a kind of feedback; with `p` the instruction has some, too."""
     claims_held: int
+    """Number of these that hold; hedged ones are left out, as they are of `distorted`."""
     words: int
     """Number of words of feedback."""
     said_r: int
@@ -128,7 +134,7 @@ class EpisodeRow(NamedTuple):
     said_fp: int
     said_fn: int
     truthful: int
-    """Number of claims by label."""
+    """Number of claims by label; what is left of `claims` is hedged."""
     late: int
     placebo: int
     distorted: int
@@ -151,6 +157,32 @@ class EpisodeRow(NamedTuple):
     seconds: float | None
     regrets: bytes
     """The regret of each turn, packed by `pack_regrets`."""
+    measured: int | None = None
+    """Number of claims of feedback of which it is known how much they say, as `teachers.information.Gain` has it; null,
+    as all that follow, if it was not measured.
+    """
+    unmeasured: int | None = None
+    """Number of the others: too few worlds were found."""
+    bits: float | None = None
+    """Sum of their bits."""
+    at_least: int | None = None
+    """Number of claims whose bits are only a bound from below."""
+    measured_words: int | None = None
+    """Number of words of the measured claims."""
+    valued: int | None = None
+    """Number of measured claims of which it is known what they save."""
+    valued_bits: float | None = None
+    """Sum of the bits of these."""
+    saved: float | None = None
+    """Sum of the regret that they save in the next action, in the family's unit."""
+    bits_r: float | None = None
+    """Sum of bits by kind."""
+    bits_hp: float | None = None
+    bits_hn: float | None = None
+    bits_fp: float | None = None
+    bits_fn: float | None = None
+    why: str = ""
+    """Why it could not be measured; empty if it was, or was not asked for."""
 
 
 class Record(NamedTuple):
@@ -174,23 +206,32 @@ def claim_name(claim: Claim, family: str) -> str:
     return f"{home}.{type(claim).__name__}"
 
 
-def as_dict(atom: Atom, label: Label, family: str) -> dict[str, Any]:
+def as_dict(atom: Atom, label: Label, holds: bool, family: str, bits: "Bits | None" = None) -> dict[str, Any]:
     """An atom as JSON values.
 
-    `claim` is as in `claim_name`; `action` is the action that it is about, the first one of a plan, null without one.
+    `claim` is as in `claim_name`; `action` is the action that it is about, the first one of a plan, null without one. A
+    hedged claim is a field with a claim and fields of its own; `holds` is then whether that one holds. `information` is
+    there only if it was measured how much the atom says: its bits and the fields of `Bits`.
     """
-    claim = atom.claim
-    fields = {field.name: _plain(getattr(claim, field.name)) for field in dataclasses.fields(claim)}  # type: ignore[arg-type]
     return {
         "kind": _plain(atom.kind),
-        "claim": claim_name(claim, family),
-        "fields": fields,
-        "action": _plain(action_of(claim)),
+        **_as_data(atom.claim, family),
+        "action": _plain(action_of(atom.claim)),
         "text": str(atom.text),
         "about_turn": atom.about_turn,
-        "holds": label is not Label.DISTORTED,
+        "holds": holds,
         "label": label.value,
+        **({} if bits is None else {"information": {"bits": bits.bits, **bits._asdict()}}),
     }
+
+
+def _as_data(claim: Claim, family: str) -> dict[str, Any]:
+    """The name and the fields of a claim as JSON values."""
+    values = {field.name: getattr(claim, field.name) for field in dataclasses.fields(claim)}  # type: ignore[arg-type]
+    fields = {
+        name: _as_data(value, family) if isinstance(value, Claim) else _plain(value) for name, value in values.items()
+    }
+    return {"claim": claim_name(claim, family), "fields": fields}
 
 
 def _plain(value: Any) -> Any:
@@ -200,8 +241,16 @@ def _plain(value: Any) -> Any:
     return list(map(_plain, value)) if isinstance(value, tuple) else value
 
 
-def summary(family: str, reads: str, rows: Sequence[TurnRow]) -> EpisodeRow:
-    """The sums of an episode's turns."""
+def summary(family: str, reads: str, rows: Sequence[TurnRow], *, measured: bool = False, why: str = "") -> EpisodeRow:
+    """The sums of an episode's turns.
+
+    Args:
+        family: its name.
+        reads: what the student reads.
+        rows: the turns.
+        measured: whether it was measured how much claims say.
+        why: why that could not be.
+    """
     heard = [[atom for atom in row.atoms if atom["kind"] is not None] for row in rows]
     said = [atom for atoms in heard for atom in atoms]
     kinds, labels = (Counter(atom[name] for atom in said) for name in ("kind", "label"))
@@ -219,7 +268,7 @@ def summary(family: str, reads: str, rows: Sequence[TurnRow]) -> EpisodeRow:
         regret=math.fsum(row.regret for row in rows),
         parse_failures=sum(row.parse_failure is not None for row in rows),
         claims=len(said),
-        claims_held=sum(atom["holds"] for atom in said),
+        claims_held=sum(atom["holds"] and atom["label"] != Label.HEDGED for atom in said),
         words=sum(len(row.feedback.split()) for row in rows),
         **{f"said_{kind}": kinds[kind] for kind in KINDS},
         truthful=labels[Label.TRUTHFUL],
@@ -232,7 +281,25 @@ def summary(family: str, reads: str, rows: Sequence[TurnRow]) -> EpisodeRow:
         followed=sum(action in actions for actions, action in zip(advice[:-1], taken, strict=True)),
         **_costs([row for row in rows if row.answer is not None]),
         regrets=pack_regrets([row.regret for row in rows[1:]]),
+        **(_gains(said) if measured else {}),
+        why=why,
     )
+
+
+def _gains(said: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
+    """The sums of what claims say, where it was measured."""
+    from teachers.information import Bits, Gain
+
+    total, kinds = Gain(), dict.fromkeys(KINDS, 0.0)
+    for atom in said:
+        if "information" in atom:
+            gain = Gain.of(atom["text"], Bits._make(map(atom["information"].get, Bits._fields)))
+            total, kinds[atom["kind"]] = total + gain, kinds[atom["kind"]] + gain.bits
+    sums = total._asdict()
+    named = {"claims": "measured", "unknown": "unmeasured", "words": "measured_words"}
+    return {named.get(name, name): value for name, value in sums.items()} | {
+        f"bits_{kind}": bits for kind, bits in kinds.items()
+    }
 
 
 def _costs(rows: Sequence[TurnRow]) -> dict[str, Any]:

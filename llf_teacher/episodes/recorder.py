@@ -1,12 +1,19 @@
 """The recorder of an episode: its turns as they are stored, with every claim checked against the simulator."""
 
-from typing import Any
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
 
 from llf_teacher.episodes.record import EpisodeRow, TurnRow, as_dict, summary, unchecked
 from llf_teacher.serialization import to_json
 from pz_envs.student_view import StudentView
-from teachers.atoms import Atom, Label, Moment, ParseFailure
+from pz_envs.subject import Subject
+from teachers.atoms import Atom, Claim, Label, Moment, ParseFailure
+from teachers.common import Late
+from teachers.oracle import Oracle, RefusalError
 from teachers.session import Turn
+
+if TYPE_CHECKING:
+    from teachers.information import Bits, Information
 
 __all__ = ["Recorder"]
 
@@ -27,6 +34,22 @@ class Recorder:
         self._moments: list[Moment[Any]] = []
         self.rows: list[TurnRow] = []
         """What was noted."""
+        self._information: Information | None = None
+        self._briefed: Moment[Any] | None = None
+        self.why = ""
+        """Why it cannot be measured how much claims say; empty if it is, or is not asked for."""
+
+    def measure(self, family: Subject, seed: int, worlds: int) -> None:
+        """Measure from the next opening on how much each claim says, by so many worlds; 0: no more.
+
+        Where that cannot be, the episode says why. It draws from a stream of its own, so that the lesson is the same.
+        """
+        self._information, self.why = None, ""
+        if worlds:
+            try:
+                self._information = family.make_information(self._view.session.world, seed, worlds)
+            except ValueError as error:
+                self.why = f"{error}"
 
     def forget(self, turns: int = 0) -> None:
         """Keep so many of the first turns."""
@@ -38,6 +61,12 @@ class Recorder:
         oracle = self._view.session.teacher.oracle
         return tuple((atom, atom.label(self._moments, self._lab, oracle)) for atom in turn.atoms)
 
+    def holds(self, atom: Atom, label: Label) -> bool:
+        """Whether a claim with its label holds; of a hedged one, whether what it hedges does."""
+        if label is Label.HEDGED:
+            return atom.claim.holds(self._moments[atom.about_turn], self._lab)
+        return label is not Label.DISTORTED
+
     def note(self, **answer: Any) -> TurnRow:
         """Note the session's last turn; `answer` has further columns, of what a model answered."""
         session = self._view.session
@@ -45,18 +74,22 @@ class Recorder:
         moment, feedback = turn.moment, str(turn.feedback)
         failed = moment.action if type(moment.action) is ParseFailure else None
         atoms = self.check(turn)
+        said = self._measured(turn)
         row = TurnRow(
             turn=moment.turn,
             observation=world.describe(turn.state),
             action=None if moment.before is None else to_json(moment.action),
             action_words=None if moment.before is None or isinstance(moment.action, str) else f"{moment.action}",
             reward=moment.reward,
-            regret=session.teacher.oracle.regret(moment) if moment.turn else 0.0,
+            regret=_regret(session.teacher.oracle, moment) if moment.turn else 0.0,
             success=moment.success,
             parse_failure=failed and failed.got,
             instruction=str(turn.instruction) or None,
             feedback=feedback,
-            atoms=[as_dict(atom, label, self.family) for atom, label in atoms],
+            atoms=[
+                as_dict(atom, label, self.holds(atom, label), self.family, said.get(i))
+                for i, (atom, label) in enumerate(atoms)
+            ],
             unchecked=unchecked(feedback, [atom.text for atom, _ in atoms]) or None,
             changes=len(getattr(self._speaker, "changes", ())) or None,
             unbuilt=sum(len(offer.unbuilt) for offer in session.offers) or None,
@@ -65,6 +98,46 @@ class Recorder:
         self.rows.append(row)
         return row
 
+    def _measured(self, turn: Turn) -> "dict[int, Bits]":
+        """How much each claim of feedback says, by its place among the atoms of the turn."""
+        if self._information is None:
+            return {}
+        instruction = self._follow(self._information)
+        said = [(i, atom) for i, atom in enumerate(turn.atoms) if atom not in instruction]
+        found = zip(said, self._information.hear([atom for _, atom in said]), strict=True)
+        return {i: bits for (i, atom), bits in found if atom.kind is not None}
+
+    def _follow(self, information: "Information") -> Sequence[Atom]:
+        """What the student has seen in the last turn, and the claims of its instruction, which it has heard."""
+        session = self._view.session
+        moment, instruction = session.moment, getattr(session.turn.instruction, "atoms", ())
+        information.see(moment)
+        if instruction and moment is not self._briefed:
+            information.hear(instruction)
+            self._briefed = moment
+        return instruction
+
+    def weigh(self, claims: Iterable[Claim[Any]]) -> "list[Bits]":
+        """How much each claim would say now; empty if it is not measured."""
+        if self._information is None:
+            return []
+        self._follow(self._information)
+        turn = self._view.session.moment.turn
+        atoms = (Atom(*((c.claim, "", c.turn) if isinstance(c, Late) else (c, "", turn))) for c in claims)
+        return list(map(self._information.weigh, atoms))
+
     def episode(self, reads: str) -> EpisodeRow:
         """The sums over the turns; `reads`: what the student learns from."""
-        return summary(self.family, reads, self.rows)
+        return summary(self.family, reads, self.rows, measured=self._information is not None, why=self.why)
+
+
+def _regret(oracle: Oracle[Any, Any], moment: Moment[Any]) -> float:
+    """The regret of a turn; the negated reward where the oracle has no values.
+
+    The sum of an episode then lacks what could be earned at best: a number that nobody knows, but the same for all
+    students and teachers in the same world, so that their differences are those of regret.
+    """
+    try:
+        return oracle.regret(moment)
+    except RefusalError:
+        return -moment.reward

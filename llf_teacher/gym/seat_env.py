@@ -55,6 +55,7 @@ class SeatEnv(gymnasium.Env):
             given=settings,
             others=set(inspect.signature(type(self)).parameters) - {"env_id"},
             refused=refused,
+            elsewhere=self.family.elsewhere,
             **defaults,
         )
         self.family = self.family.for_lesson(self.settings)

@@ -1,5 +1,7 @@
 """Tasks for Inspect, one a family: `inspect eval llf_teacher/gridworld --model ... -T teacher=silent -T seeds=20`.
 
+The task `gym` is for environments of Gymnasium's registry: `inspect eval llf_teacher/gym -T ids=gym:FrozenLake-v1`.
+
 A sample is an episode with the prompts of a study. Its scores are `llf_teacher.integrations.dialogue.SCORES`, such as
 success, return and regret; all turns, with their claims, are in the sample's store.
 """
@@ -25,7 +27,9 @@ from llf_teacher.registry import PREFIX, entry
 from llf_teacher.students.conversation import Message
 from llf_teacher.students.student import ModelReply
 from pz_envs.family import Family, all_families
+from pz_envs.registered import Registered
 from pz_envs.settings import Settings
+from pz_envs.subject import GYM
 
 STORED = "llf_teacher"
 """The key of scores and turns in the sample's store."""
@@ -91,7 +95,10 @@ def outcome() -> Scorer:
     return score
 
 
-def _task_of(family: Family) -> Callable[..., Task]:
+def _task_of(family: Family | type[Registered]) -> Callable[..., Task]:
+    """The task of a family, or of the environments of Gymnasium's registry."""
+    name, showcase = (family.name, family.showcase) if isinstance(family, Family) else ("gym", ())
+
     def play(
         ids: str | list[str] = "",
         teacher: str = "oracle",
@@ -103,11 +110,17 @@ def _task_of(family: Family) -> Callable[..., Task]:
         first_seed: int = 0,
         history: int = 20,
         max_prompt_tokens: int | None = None,
+        options: dict[str, Any] | None = None,
     ) -> Task:
-        wanted = [ids] if isinstance(ids, str) and ids else list(ids) or [f"{PREFIX}{name}" for name in family.showcase]
-        for id in wanted:
-            if (found := entry(id).family.name) != family.name:
-                raise ValueError(f"ids must be of the family {family.name}, got {id}, which is of {found}")
+        wanted = [ids] if isinstance(ids, str) and ids else list(ids) or [f"{PREFIX}{each}" for each in showcase]
+        if not wanted:
+            raise ValueError(
+                f"ids must have environments of Gymnasium's registry, such as {GYM}FrozenLake-v1, got none"
+            )
+        subjects = [entry(id).family for id in wanted]
+        for id, found in zip(wanted, subjects, strict=True):
+            if found is not family and type(found) is not family:
+                raise ValueError(f"ids must be of the family {name}, got {id}, which is of {found.name}")
         solver = student(
             teacher=teacher,
             instruction_type=instruction_type,
@@ -116,27 +129,31 @@ def _task_of(family: Family) -> Callable[..., Task]:
             max_turns=max_turns,
             history=history,
             max_prompt_tokens=max_prompt_tokens,
+            options=options or {},
         )
         samples = [
             Sample(input=f"{id}, seed {seed}", id=f"{id}:{seed}", metadata={"id": id, "seed": seed})
             for id in wanted
             for seed in range(first_seed, first_seed + seeds)
         ]
-        metadata = {"regret_unit": family.regret_unit, "max_turns": max_turns or family.max_turns}
+        turns = max_turns or max(found.max_turns for found in subjects)
+        metadata = {"regret_unit": family.regret_unit, "max_turns": turns}
         return Task(dataset=samples, solver=solver, scorer=outcome(), metadata=metadata)
 
-    play.__name__ = play.__qualname__ = family.name
-    play.__doc__ = f"""{family.summary.capitalize()}, with feedback in words.
+    summary = family.summary if isinstance(family, Family) else "environments of Gymnasium's registry"
+    play.__name__ = play.__qualname__ = name
+    play.__doc__ = f"""{summary.capitalize()}, with feedback in words.
 
     Args:
-        ids: environments of the family; by default its showcase.
+        ids: environments of the family; by default its showcase. The task `gym` has none, and needs some.
         teacher, instruction_type, feedback_type, voice, max_turns: see `llf_teacher.make`.
         seeds: number of episodes of each environment, from `first_seed` on.
+        options: of the worlds, see `llf_teacher.make`.
         history, max_prompt_tokens: limits of the conversation that is sent; see `llf_teacher.Conversation`.
     """
     made: Callable[..., Task] = task(play)
     return made
 
 
-TASKS = {family.name: _task_of(family) for family in all_families()}
-"""A task for each family, by its name."""
+TASKS = {family.name: _task_of(family) for family in all_families()} | {"gym": _task_of(Registered)}
+"""A task for each family, by its name, and `gym`."""

@@ -6,15 +6,16 @@ from pathlib import Path
 
 import numpy as np
 
-from llf_teacher.reproductions.row import FIRST_SEED, QUICK, Row, Values, describe, digest
+from llf_teacher.reproductions.row import FIRST_SEED, OURS, QUICK, Row, Values, describe, digest
 from llf_teacher.reproductions.rule import NO, OPEN, YES, Judged, judge, verdict
 from llf_teacher.studies.analysis.statistics import mean_interval
 
 HEAD = """# Known results
 
-Claims of papers about teaching, tried with our worlds, teachers and students. The rule of a row was written before its
-seeds were played: what is compared, in which direction, and the smallest effect that counts. Each comparison is tested
-against that effect by a two-sided sign-flip test over seeds, with Holm's correction for all comparisons of the row.
+Claims of papers about teaching, and questions of our own, tried with our worlds, teachers and students. The rule of a
+row was written before its seeds were played: what is compared, in which direction, and the smallest effect that counts.
+Each comparison is tested against that effect by a two-sided sign-flip test over seeds, with Holm's correction for all
+comparisons of the row.
 
 - **yes**: every effect is significantly greater than the smallest that counts;
 - **no**: at least one is significantly smaller, so that the claim does not hold here as it is stated;
@@ -41,7 +42,8 @@ def write(rows: Mapping[str, Row], values: Mapping[str, Values], path: Path) -> 
     """
     folder = path.with_suffix("")
     folder.mkdir(parents=True, exist_ok=True)
-    listed = [("claim", "source", "verdict", "picture")]
+    heads = ("claim", "source", "verdict", "picture")
+    papers, ours = [heads], [heads]
     for name, row in rows.items():
         plot(row, values[name], folder / f"{name}.png")
         (folder / f"{name}.json").write_text(raw(row, values[name]), encoding="utf-8")
@@ -50,11 +52,13 @@ def write(rows: Mapping[str, Row], values: Mapping[str, Values], path: Path) -> 
         (folder / f"{name}.md").write_text("\n".join(own) + "\n", encoding="utf-8")
         picture = f"![Plot]({folder.name}/{name}.png)"
         link = f"[{row.claim}]({folder.name}/{name}.md)"
-        listed.append((link, row.source, f"**{verdict(judged)}**", picture))
+        (ours if row.source == OURS else papers).append((link, row.source, f"**{verdict(judged)}**", picture))
     together = sum(values[name].seconds for name in rows)
     quick = sum(values[name].seconds * min(1, QUICK / values[name].seeds) for name in rows)
     cost = f"All of it takes {together / 120:.0f} minutes of 2 cores, {quick / 120:.1f} with `--quick`."
-    path.write_text("\n".join([HEAD, *table(listed), f"{FOOT}\n{cost}"]) + "\n", encoding="utf-8")
+    own_questions = ["", "Questions of our own:", "", *table(ours)] if len(ours) > 1 else []
+    lines = [HEAD, *table(papers), *own_questions, f"{FOOT}\n{cost}"]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def raw(row: Row, values: Values) -> str:

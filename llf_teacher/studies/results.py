@@ -14,10 +14,12 @@ from llf_teacher.serialization import to_json, write_json_lines
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution import runner
 from llf_teacher.studies.store import Store, StoreError
+from teachers.atoms import Label
 
 if TYPE_CHECKING:
     from llf_teacher.studies.report import Report
 
+_MARKS = {Label.DISTORTED: "!", Label.HEDGED: "~"}
 _NAMED = 3  # keys in a message
 _CHUNK = 10_000  # rows in memory at once
 Rows = Iterator[dict[str, Any]]
@@ -90,7 +92,7 @@ class Results:
                 yield {"key": row["key"], **turn}
 
     def transcript(self, key: str) -> str:
-        """An episode as text: observations, thoughts, feedback and actions; a false claim is marked by `!`.
+        """An episode as text: observations, thoughts, feedback and actions; `!` marks false claims, `~` hedged ones.
 
         Args:
             key: of the episode, or a beginning that no other key of the store has.
@@ -106,7 +108,7 @@ class Results:
                 lines.append(f"[{turn['turn']}] student: {did}  (reward {turn['reward']:g})")
             lines += [f"    sees: {line}" for line in turn["observation"].splitlines()]
             lines += [
-                f"    teacher, {a['kind'] or 'brief'}{'' if a['holds'] else '!'}: {a['text']}" for a in turn["atoms"]
+                f"    teacher, {a['kind'] or 'brief'}{_MARKS.get(a['label'], '')}: {a['text']}" for a in turn["atoms"]
             ]
         return "\n".join(lines)
 

@@ -29,11 +29,14 @@ from teachers.atoms import (
     Label,
     Moment,
     PlanClaim,
+    confidence,
     contradictions,
+    unhedged,
 )
 from teachers.information import Gain
-from teachers.oracle import Oracle
+from teachers.oracle import POSTERIOR, Oracle
 from teachers.personality import Personality, parse_personality
+from teachers.reliability import Reliability
 from teachers.teacher import Teacher
 from teachers.testing.habits import HABITS
 from teachers.voice import Change
@@ -89,6 +92,8 @@ class Audit:
     """
     contradictions: int = 0
     """Number of pairs of claims of one turn that cannot both be meant; see `Claim.excludes`."""
+    hedges: Reliability = field(default_factory=Reliability)
+    """How often hedged claims hold, by the probability with which they were said."""
     gains: dict[str, Gain] = field(default_factory=dict)
     """How much the claims of feedback said, by the name of their class, if it was measured."""
     measured: int = 0
@@ -108,8 +113,8 @@ class Audit:
 
     @property
     def checked(self) -> int:
-        """Number of claims."""
-        return sum(self.claims.values()) - self.count(Label.UNCHECKED)
+        """Number of claims that are true or false: hedged ones are neither."""
+        return sum(self.claims.values()) - self.count(Label.UNCHECKED, Label.HEDGED)
 
     @property
     def gain(self) -> Gain:
@@ -148,6 +153,7 @@ class Audit:
             "withheld": {kind: self.withheld[kind] for kind in sorted(self.withheld, key=str)},
             "leaks": self.leaks,
             "contradictions": self.contradictions,
+            "hedges": self.hedges.as_dict(),
             "elsewhere": {
                 name: dict(zip(("action", "moment"), each.shares, strict=True))
                 for name, each in sorted(self.elsewhere.items())
@@ -200,7 +206,7 @@ def audit(
     teacher = parse_personality(teacher) if isinstance(teacher, str) else teacher
     name = str(teacher) if isinstance(teacher, Personality) else type(teacher).__name__
     family = id if isinstance(id, Subject) else entry(id).family
-    if worlds:
+    if worlds or POSTERIOR in getattr(teacher, "needs", ()):
         settings = {**family.posterior_needs, **settings}
     found = Audit(family.name if isinstance(id, Subject) else entry(id).id, name, getattr(teacher, "honest", True))
     places = Places(family.name, np.random.default_rng(0))
@@ -270,6 +276,7 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episod
     said: Counter[tuple[Claim[Any], int]] = Counter()
     moments: list[Moment[Any]] = []
     feedback: dict[int, list[Claim[Any]]] = {}
+    hedges: list[tuple[float, bool]] = []
     oracle: Oracle[Any, Any] | None = None  # made where a claim rests on others
     found.episodes += 1
     information = None
@@ -289,7 +296,7 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episod
             for atom, bits in zip(turn.atoms, information.hear(turn.atoms), strict=True):
                 if atom.kind is not None and atom not in instruction:
                     name = claim_name(atom.claim, env.family.name)
-                    found.gains[name] = found.gains.get(name, Gain()) + Gain.of(atom, bits)
+                    found.gains[name] = found.gains.get(name, Gain()) + Gain.of(atom.text, bits)
         found.words += len(turn.feedback.split())
         if isinstance(teacher, Teacher):
             offered.update((claim, moment.turn) for claim in teacher.offered)
@@ -308,11 +315,13 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episod
             said[atom.claim, atom.about_turn] += 1
             kind = None if atom in getattr(turn.instruction, "atoms", ()) else atom.kind
             found.claims[kind, label] += 1
-            if kind is not None and label is not Label.DISTORTED:
+            if label is Label.HEDGED:
+                hedges.append((confidence(atom.claim), recorder.holds(atom, label)))
+            elif kind is not None and label is not Label.DISTORTED:
                 feedback.setdefault(atom.about_turn, []).append(atom.claim)
             found.students[str(student.spec)] += 1
             found.falsehoods[str(student.spec)] += label is Label.DISTORTED
-            names = isinstance(atom.claim, ActionClaim | PlanClaim | EditClaim)
+            names = isinstance(unhedged(atom.claim), ActionClaim | PlanClaim | EditClaim)
             leak = kind is not None and kind not in env.session.teacher.kinds
             leak |= names and (not reveals if kind is FP else kind is None and episode.instruction_type == "b")
             found.leaks += leak
@@ -322,6 +331,7 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episod
             found.contradictions += 1
             if found.honest:
                 _add_example(found, "contradiction", pair, where)
+    found.hedges.add(hedges)
     if feedback:
         places.add(env.family.make_teacher(env.session.world.scratch()).oracle, moments, feedback)
     found.withheld.update(claim.kind for claim, _ in (offered - said).elements())

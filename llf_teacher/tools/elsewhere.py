@@ -60,7 +60,7 @@ class _Episode(NamedTuple):
 
     def holds(self, claim: Claim[Any], moment: Moment[Any]) -> bool:
         """Whether a claim holds of a moment of the episode; without its ground, if it has one."""
-        return claim.means(moment, self.oracle)
+        return claim.within(self.moments.__getitem__, moment.turn).means(moment, self.oracle)
 
 
 class Places:

@@ -9,6 +9,7 @@ from PIL import Image
 
 from llf_teacher.episodes.loop import play_turns
 from llf_teacher.gym import StudentEnv
+from llf_teacher.registry import entry
 from llf_teacher.students.parsing import parse_student
 from worlds.pictures.canvas import Frame
 
@@ -20,18 +21,34 @@ _COLOURS = 128
 _FPS = 10  # of a video, which repeats each frame
 
 
-def film(id: str, *, student: str, seed: int, **settings: Any) -> list[Frame]:
+def film(id: str, *, student: str, seed: int, worlds: int = 0, **settings: Any) -> list[Frame]:
     """A frame for the opening and for each turn of an episode, each after the feedback.
 
     Args:
         id: an environment.
         student: the spec of the student.
         seed: the seed of the episode.
+        worlds: number of worlds by which it is measured how much each claim says, which frames show; 0: it is not.
+            Options that this needs are set.
         settings: settings of `StudentEnv`: `teacher`, `feedback_type`, `theme`, `privileged_info`, ...
+
+    Raises:
+        ValueError: it cannot be measured how much claims say.
     """
+    family = entry(id).family
+    if worlds:
+        settings["options"] = {**family.posterior_needs, **settings.get("options", {})}
     player = parse_student(student)
     env = StudentEnv(id, text=player.text, render_mode="rgb_array", **settings)
-    frames = [env.render() for _ in play_turns(env, player.seat(env.family, env.session.world), seed)]
+    information = family.make_information(env.session.world, seed, worlds) if worlds else None
+    frames = []
+    for turn in play_turns(env, player.seat(env.family, env.session.world), seed):
+        if information is not None:
+            information.see(turn.moment)
+            heard = zip(turn.atoms, information.hear(turn.atoms), strict=True)
+            remarks = {atom.text: bits.short for atom, bits in heard if atom.kind is not None}
+            env.student_view.require_renderer().remark(remarks)
+        frames.append(env.render())
     env.close()
     return frames
 

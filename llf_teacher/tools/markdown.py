@@ -25,6 +25,12 @@ def update(text: str, command: str, parts: Mapping[str, str]) -> str:
     return _markers(command).sub(lambda match: match[1] + parts.get(match[2], match[3]) + match[4], text)
 
 
+def rows(text: str, command: str, name: str) -> list[list[str]]:
+    """The cells of the table between the markers of this name, without its head; none if there is no table."""
+    (found,) = (match[3] for match in _markers(command).finditer(text) if match[2] == name)
+    return [[cell.strip() for cell in line.strip("| ").split(" | ")] for line in found.splitlines()[2:]]
+
+
 def _markers(command: str) -> re.Pattern[str]:
     return re.compile(rf"(<!-- {command}: (\w+) -->\n)(.*?)(<!-- end -->)", re.DOTALL)
 

@@ -36,6 +36,7 @@ _HEAD = (
     "again, s",
     "turn, µs: mean (median)",
     "bare step, µs",
+    "episodes, turns",
     "success: obedient, random",
     "return: obedient, random",
     "claims",
@@ -75,19 +76,25 @@ ROWS = (
     PlannedCase("gym:Acrobot-v1", turns=50, episodes=20),
     PlannedCase("gym:BabyAI-GoToLocal-v0", {"oracle": "expert"}, turns=20, episodes=20),
     PlannedCase("gym:LunarLander-v3", turns=5, episodes=3),
+    PlannedCase("gym:highway-fast-v0", turns=2, episodes=2),
+    PlannedCase("gym:worlds.wrapped.coin_collector:CoinCollector", turns=5, episodes=10),
 )
 """The environments of the table; each is a line. Where a turn is slow, fewer of them are played."""
 
 
 def update(text: str, rows: list[dict[str, str]]) -> str:
-    """The text with the table of these rows between the markers `<!-- llf dev planned: environments -->` and `end`.
+    """The text with these rows in the table between the markers `<!-- llf dev planned: environments -->` and `end`.
+
+    Rows of other environments stay.
 
     Raises:
         ValueError: there are no markers.
     """
     if TABLE not in markdown.marked(text, COMMAND):
         raise ValueError(f"the document must have the markers `<!-- {COMMAND}: {TABLE} -->` and `<!-- end -->`")
-    return markdown.update(text, COMMAND, {TABLE: table(rows)})
+    before = [dict(zip(_HEAD, cells, strict=True)) for cells in markdown.rows(text, COMMAND, TABLE)]
+    found = {row[_HEAD[0]]: row for row in (*before, *rows)}  # a new row stands where the old one did
+    return markdown.update(text, COMMAND, {TABLE: table(list(found.values()))})
 
 
 def table(rows: list[dict[str, str]]) -> str:
@@ -133,6 +140,7 @@ def measure(row: PlannedCase, progress: Callable[[str], object] = str) -> dict[s
         f"{warm:.2f}",
         f"{1e6 * statistics.fmean(turns):.0f} ({1e6 * statistics.median(turns):.0f})",
         f"{1e6 * statistics.fmean(steps):.0f} ({1e6 * statistics.median(steps):.0f})",
+        f"{row.episodes:,}, {row.turns:,}",
         ", ".join(f"{100 * success:.0f} %" for success, _ in played.values()),
         ", ".join(f"{earned:.3g}" for _, earned in played.values()),
         f"{honest.checked:,}",

@@ -12,6 +12,7 @@ from pz_envs.family import Family, all_families
 from teachers.personality import PERSONALITIES
 
 _COMMAND = "llf dev tables"
+_SEED = 7
 
 
 def families() -> str:
@@ -44,9 +45,32 @@ def matrix() -> str:
     families = _own_families()
     rows = []
     for name in PERSONALITIES.names:
-        served = ["yes" if family.serves(name) else "-" for family in families]
+        served = [_served(family, name) for family in families]
         rows.append((f"`{name}`", ", ".join(sorted(PERSONALITIES[name]().needs)), *served))
     return table(("personality", "needs", *(family.name for family in families)), rows)
+
+
+def _served(family: Family, personality: str) -> str:
+    """Whether a family serves a personality, or with which options of its worlds."""
+    if family.serves(personality):
+        return "yes"
+    needs = family.posterior_needs
+    given = ", ".join(f"{name}={value!r}" for name, value in needs.items())
+    return f"with `{given}`" if family.serves(personality, **needs) else "-"
+
+
+def clues() -> str:
+    """A Markdown table of the first and the last clue at the opening of an episode of each family, in plain words."""
+    rows = []
+    for family in _own_families():
+        world = family.make_world(**family.environments[family.showcase[0]])
+        world.reset(seed=_SEED)
+        oracle = family.make_teacher(world).oracle
+        oracle.start(world.truth)
+        first, *_, last = oracle.clues(world.truth)
+        told = (f"{family.phrasebook().sentences(each)[0]} ({each.kind}, {each.scope})" for each in (first, last))
+        rows.append((family.name, *map(markdown.escape, told)))
+    return table(("family", "the first clue", "the last"), rows)
 
 
 def _own_families() -> list[Family]:
@@ -54,7 +78,7 @@ def _own_families() -> list[Family]:
     return [family for family in all_families() if not family.version and not family.missing()]
 
 
-TABLES = {"families": families, "personalities": personalities, "matrix": matrix}
+TABLES = {"families": families, "personalities": personalities, "matrix": matrix, "clues": clues}
 
 
 def update(text: str) -> str:

@@ -6,18 +6,22 @@ from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import gymnasium
+from gymnasium import spaces
 from gymnasium.utils.env_checker import check_env
 
 from llf_teacher.episodes.loop import play_turns
 from llf_teacher.gym import StudentEnv
 from llf_teacher.registry import types_of
 from llf_teacher.students.parsing import parse_student
+from pz_envs.frames import format_action
 from pz_envs.lesson import limits_of
 from pz_envs.registered import REWARDS, Registered
 from pz_envs.settings import Settings
 from pz_envs.subject import Subject
 from teachers.planning import Planned, PlanningError, survey
 from teachers.planning.known import known, words_of
+from teachers.words import coded_words
+from worlds.actions import describe_space
 from worlds.wrapped.gym_world import faithful
 
 __all__ = ["Line", "facts", "trial"]
@@ -55,8 +59,8 @@ def facts(subject: Registered, **options: Any) -> Iterator[Line]:
         yield Line("rewards", f"with oracle={REWARDS!r} what was paid is said in words")
         return
     subjects = subject.for_lesson(Settings(options={**options, "oracle": plan.tier}))
-    instructions, kinds = (" ".join(types) for types in types_of(subjects))
-    yield Line("teacher", f"instructions {instructions}, feedback {kinds}, {subject.turns(**options):,} turns")
+    instructions, kinds = map(coded_words, types_of(subjects))
+    yield Line("teacher", f"instructions {instructions}; feedback {kinds}; {subject.turns(**options):,} turns")
     yield Line("objective", plan.objective)
     yield Line("actions", ", ".join(plan.action_words) or ", ".join(named) or "numbers")
     yield Line("observations", "in words" if plan.describe else "plain numbers")
@@ -77,8 +81,8 @@ def trial(subject: Registered, options: Mapping[str, Any], seed: int = 0) -> Ite
     own = {name: value for name, value in options.items() if name != "oracle"}
     with contextlib.closing(subject.make(own)) as env:
         yield Line("environment", f"{env}")
-        yield Line("observations", f"{env.observation_space}")
-        yield Line("actions", f"{env.action_space}")
+        yield Line("observations", describe_space(env.observation_space))
+        yield Line("actions", describe_space(env.action_space))
         limits = [each for each in limits_of(env) if each is not None]
         yield Line("turns", f"{subject.turns(**own):,}" + ("" if limits else ", as the environment has no limit"))
         if (fault := _broken(env)) is not None:
@@ -96,7 +100,7 @@ def trial(subject: Registered, options: Mapping[str, Any], seed: int = 0) -> Ite
     except PlanningError:
         lesson = subject.for_lesson(Settings(options={**own, "oracle": REWARDS}))
     yield from _episode(lesson, seed)
-    yield from _missing(lesson.planned, bool(limits))
+    yield from _missing(lesson.planned, isinstance(env.action_space, spaces.Discrete), bool(limits))
 
 
 def _broken(env: gymnasium.Env[Any, Any]) -> str | None:
@@ -126,25 +130,31 @@ def _episode(lesson: Subject, seed: int) -> Iterator[Line]:
     """One taught episode, of a student that obeys; of a long one the first turns."""
     student = parse_student("obedient")
     with contextlib.closing(StudentEnv(lesson)) as env:
-        names = getattr(env.session.world, "names", {})
-        policy = student.seat(env.family, env.session.world)
+        world = env.session.world
+        policy = student.seat(env.family, world)
         for turn in play_turns(env, policy, seed):
             moment = turn.moment
             if moment.turn == 0:
                 yield Line("episode", f"{turn.instruction} {env.student_view.description()} {turn.feedback}")
             elif moment.turn <= _SHOWN:
-                yield Line(f"turn {moment.turn}", f"{names.get(moment.action, moment.action)}. {turn.feedback}")
+                yield Line(f"turn {moment.turn}", f"{format_action(moment.action, world)}. {turn.feedback}")
         solved = "solved" if env.session.moment.success else "not solved"
         yield Line("end", f"{solved} after {env.session.moment.turn} turns")
 
 
-def _missing(plan: Planned | None, limited: bool) -> Iterator[Line]:
-    """What would make the lesson better, and the argument of `teach` and `Lesson` that supplies it."""
+def _missing(plan: Planned | None, counted: bool, limited: bool) -> Iterator[Line]:
+    """What would make the lesson better, and the argument of `teach` and `Lesson` that supplies it.
+
+    Args:
+        plan: of the teacher.
+        counted: whether actions are numbered, so that each can have a word.
+        limited: whether the environment has a limit of turns.
+    """
     if plan is None:
         yield Line("missing", "a teacher who plans: what each tier lacks is said above; or an oracle of your own")
     elif plan.privileged is None:
         yield Line("missing", "whether the teacher uses what the student cannot see is not known; look at both")
-    if plan is None or not plan.action_words:
+    if counted and (plan is None or not plan.action_words):
         yield Line("missing", "action_words={'left': 0, ...}: words for actions, which are numbers now")
     if plan is None or plan.describe is None:
         yield Line("missing", "describe=f, where f(observation) is a text: observations in words")

@@ -3,9 +3,10 @@
 from dataclasses import replace
 
 from llf_teacher.episodes.live import LiveLesson
-from llf_teacher.episodes.record import EpisodeSpec, Record, summary
+from llf_teacher.episodes.record import EpisodeSpec, Record
 from llf_teacher.registry import entry
 from llf_teacher.students.parsing import parse_student
+from llf_teacher.studies.definition.study import DRAWS
 from llf_teacher.web.plan import Plan
 from pz_envs.seats import STUDENT, TEACHER
 from worlds.pictures.canvas import Frame
@@ -33,9 +34,9 @@ class PlannedLesson(LiveLesson):
             text=student is None or student.text,
             render_mode="rgb_array",
             privileged_info=True,
-            options=found.options,
+            options={**found.options, **plan.options},
         )
-        super().__init__(found, settings, plan.seed, plan.people, student)
+        super().__init__(found, settings, plan.seed, plan.people, student, DRAWS if plan.bits else 0)
 
     def record(self, spec: EpisodeSpec) -> Record:
         """The record of the episode.
@@ -44,7 +45,7 @@ class PlannedLesson(LiveLesson):
             ValueError: the episode is not over.
         """
         self._check_over()
-        return Record(spec, summary(self.family.name, self.reads, self.rows), tuple(self.rows))
+        return Record(spec, self._recorder.episode(self.reads), tuple(self.rows))
 
     def film(self, theme: str = "light") -> list[Frame]:
         """The frames of all turns, with the truth; the episode is played again for them.

@@ -42,6 +42,13 @@ class Plan(NamedTuple):
     suggestions; `speech` is that of a person in its seat.
     """
     seed: int
+    bits: bool = False
+    """Whether it is shown how much each sentence says, but for the student."""
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """Options of the world beside those of its id: what measuring needs."""
+        return dict(entry(self.id).family.posterior_needs) if self.bits else {}
 
     @property
     def people(self) -> frozenset[str]:
@@ -71,6 +78,8 @@ class Plan(NamedTuple):
             feedback_types=(f"{settings.feedback_type}",),
             seeds=(self.seed,),
             max_turns=settings.max_turns,
+            options={self.id: self.options} if self.options else {},
+            bits=self.bits,
         )
         return next(study.episodes())
 
@@ -102,8 +111,11 @@ def read_plan(given: Mapping[str, Any], ids: Collection[str] = ()) -> Plan:
             raise ValueError(unknown(name, texts[name], allowed))
     if texts["id"].startswith(GYM) and texts["id"] not in ids:
         raise ValueError(unknown("environment of this page", texts["id"], ids))
-    if type(given.get("two", False)) is not bool:
-        raise ValueError(f"two must be true or false, got {given['two']!r:.60}")
+    for name in ("two", "bits"):
+        if type(given.get(name, False)) is not bool:
+            raise ValueError(f"{name} must be true or false, got {given[name]!r:.60}")
+    if given.get("bits") and texts["seat"] == "student":
+        raise ValueError("a student cannot see how much is said; take the teacher's seat, or watch")
     plan = Plan(
         texts["id"],
         SEATS[texts["seat"]],
@@ -117,6 +129,7 @@ def read_plan(given: Mapping[str, Any], ids: Collection[str] = ()) -> Plan:
             max_turns=_number("max_turns", given.get("max_turns"), 1, MOST_TURNS),
         ),
         secrets.randbelow(2**31) if given.get("seed") is None else _number("seed", given["seed"], 0, 2**63 - 1) or 0,
+        given.get("bits", False),
     )
     if plan.settings.max_turns is None:
         max_turns = entry(plan.id).family.max_turns
@@ -129,6 +142,7 @@ _FIELDS = {
     "id": "",
     "seat": "student",
     "two": False,
+    "bits": False,
     "teacher": Settings.teacher,
     "student": "obedient",
     "speech": "claims",

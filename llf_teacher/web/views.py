@@ -1,6 +1,7 @@
 """The state of a lesson for a seat, as JSON values."""
 
 import io
+from itertools import zip_longest
 from typing import Any
 
 import jinja2
@@ -11,6 +12,7 @@ from llf_teacher.episodes.live import WATCHER
 from llf_teacher.episodes.record import pack_turns, unpack_turns
 from llf_teacher.escaping import escape_control_chars
 from llf_teacher.theme import prepare_turns
+from llf_teacher.theme.turns import bits_words
 from llf_teacher.web.lesson import PlannedLesson
 from llf_teacher.web.open_lessons import NAMES, OpenLesson, OpenLessons
 from pz_envs.seats import STUDENT, TEACHER
@@ -42,6 +44,8 @@ def state(
     mine = lesson.to_move == seat and not away
     moment = lesson.session.moment
     _, (did, _), *world = renderer.text(lesson.view.description())
+    last = lesson.rows[-1].atoms if lesson.rows and renderer.heard and checked else []
+    told = {atom["text"]: bits_words(atom["information"]) for atom in last if "information" in atom}
     return {
         "version": opened.version,
         "mark": f"{now}.{len(lesson.rows)}",
@@ -62,11 +66,14 @@ def state(
         "now": escape_control_chars("".join(piece for piece, _ in world)),
         "did": escape_control_chars(did.strip()),
         "said": [
-            _sentence(pages, spoken.kind, spoken.text, VERDICTS.get(spoken.verdict), moment.turn == 0)
+            _sentence(
+                pages, spoken.kind, spoken.text, VERDICTS.get(spoken.verdict), moment.turn == 0, told.get(spoken.text)
+            )
             for spoken in renderer.sentences
             if renderer.heard
         ],
         "heard": renderer.heard,
+        "unmeasured": lesson.unmeasured if checked else "",
         "undo": terms.undo and not opened.kept and bool(lesson.moves) and lesson.moves[-1][0] == seat,
         **(_to_teach(lesson, pages) if seat == TEACHER and mine else {}),
         **(_to_learn(lesson) if seat == STUDENT else {}),
@@ -86,14 +93,15 @@ def _sentence(
     text: str,
     verdict: VerdictWord | None = None,
     opening: bool = False,
+    bits: str | None = None,
 ) -> dict[str, str]:
-    """A sentence with its kind and verdict, and both as HTML."""
+    """A sentence with its kind, its verdict and how much it says, and all of it as HTML."""
     macro = pages.get_template("theme/episode.html.j2").module.sentence  # type: ignore[attr-defined]  # a macro of it
     return {
         "kind": f"{kind or ''}",
         "text": escape_control_chars(text),
         "mark": f"{verdict or ''}",
-        "html": escape_control_chars(str(macro(kind, text, verdict, opening))),
+        "html": escape_control_chars(str(macro(kind, text, verdict, opening, "", bits or ""))),
     }
 
 
@@ -102,10 +110,11 @@ def _to_teach(lesson: PlannedLesson, pages: jinja2.Environment) -> dict[str, Any
     offer = lesson.teacher_view.offer
     if lesson.settings.speech == "message":
         return {"suggestion": escape_control_chars(offer.suggestion())}
+    measured = lesson.weigh(offer.listed())
     return {
         "claims": [
-            _sentence(pages, claim.kind, sentence)
-            for claim, sentence in zip(offer.listed(), offer.sentences(), strict=True)
+            _sentence(pages, claim.kind, sentence, bits=bits.described if bits else None)
+            for claim, sentence, bits in zip_longest(offer.listed(), offer.sentences(), measured)
         ]
     }
 

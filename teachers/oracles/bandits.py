@@ -1,12 +1,20 @@
 """The bandits' oracle: it judges arms by what they pay on average."""
 
+import math
 from collections.abc import Sequence, Set
+from itertools import combinations, islice
+from typing import Annotated, Any
 
 import numpy as np
 
-from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, FeedbackType, Moment, Verdict, claim, opposed
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, FeedbackType, Moment, Scope, Verdict, claim, opposed
 from teachers.oracle import Oracle
-from worlds.bandits import Bandit, Truth
+from teachers.rules import TownRule
+from teachers.spec import Range
+from worlds.bandits import FEATURES, Bandit, Law, Truth
+
+Look = Annotated[str, tuple(word for words in FEATURES for word in words)]
+"""A word of `worlds.bandits.FEATURES`."""
 
 
 @claim
@@ -157,6 +165,7 @@ class Among(Claim[Truth, Bandit]):
     """True if one of the arms from `low` to `high` is a best one."""
 
     kind = FP
+    scope = Scope.WORLD
     commonplace = "arms stay the same from episode to episode, so that it stays true"
     low: int
     high: int
@@ -187,6 +196,133 @@ class Avoid(ActionClaim[Truth, Bandit]):
         return tuple(Avoid(action=arm) for arm in range(lab.arms) if arm != self.action)
 
 
+@claim
+class OneOf(Claim[Truth, Bandit]):
+    """True if one of these arms is a best one."""
+
+    kind = FP
+    scope = Scope.WORLD
+    arms: tuple[Annotated[int, Range(0, 999)], ...]
+
+    @property
+    def listing(self) -> str:
+        """The arms in words, such as `1, 4 or 7`."""
+        *rest, last = self.arms
+        return f"{', '.join(map(str, rest))} or {last}" if rest else f"{last}"
+
+    def holds(self, moment: Moment[Truth], lab: Bandit) -> bool:
+        """Pull them all and ask whether that was a success."""
+        return any(_succeeds(moment.after, arm, lab) for arm in self.arms if arm < lab.arms)
+
+    def counterparts(self, moment: Moment[Truth], lab: Bandit) -> Sequence[Claim]:
+        """As many of the other arms, if there are."""
+        others = tuple(islice((arm for arm in range(lab.arms) if arm not in self.arms), len(self.arms)))
+        return (OneOf(arms=others),) if len(others) == len(self.arms) else ()
+
+    def excludes(self, other: Claim) -> bool:
+        """None of these arms; where arms are tied, both may hold."""
+        return isinstance(other, OneOf) and not set(self.arms) & set(other.arms)
+
+
+@claim
+class NoMoreThan(Claim[Truth, Bandit]):
+    """True if no arm pays more than `most` on average."""
+
+    kind = FN
+    scope = Scope.WORLD
+    most: float
+
+    def holds(self, moment: Moment[Truth], lab: Bandit) -> bool:
+        """Multiply chance and payout of each arm."""
+        return max(_expected(moment.after, arm) for arm in range(lab.arms)) <= self.most
+
+    def counterparts(self, moment: Moment[Truth], lab: Bandit) -> Sequence[Claim]:
+        """Less."""
+        return tuple(NoMoreThan(most=round(self.most - less, 1)) for less in (0.1, 0.3, 0.5))
+
+
+@claim
+class _Ranked(TownRule[Truth, Bandit]):
+    """Base of rules that compare arms by their looks."""
+
+    looks: Look
+    others: tuple[Look, ...]
+    """Others of the same feature."""
+
+    @property
+    def listing(self) -> str:
+        """The others in words, such as `green or blue`."""
+        return " or ".join(self.others)
+
+    def fits(self, truth: Truth) -> bool | None:
+        """Compare what arms of these looks pay on average with what the others pay."""
+        own, others = [], []
+        for arm, row in enumerate(truth.looks):
+            words = {each[i] for each, i in zip(FEATURES, row, strict=True)}
+            if self.looks in words:
+                own.append(_expected(truth, arm))
+            elif not words.isdisjoint(self.others):
+                others.append(_expected(truth, arm))
+        return self._orders(own, others) if own and others else None
+
+    def means(self, moment: Moment[Truth], oracle: Any) -> bool:
+        """Compare the weights of the words in the law."""
+        law = moment.after.law
+        weights = {word: law[i][j] for i, words in enumerate(FEATURES) for j, word in enumerate(words)} if law else {}
+        return bool(law) and self._orders([weights[self.looks]], [weights[word] for word in self.others])
+
+    def _orders(self, own: Sequence[float], others: Sequence[float]) -> bool:
+        """Whether all of these are on the right side of all others."""
+        low, high = (others, own) if self.kind is FP else (own, others)
+        return max(low) < min(high)
+
+    def counterparts(self, moment: Moment[Truth], lab: Bandit) -> Sequence[Claim]:
+        """Other words, as many."""
+        size = len(self.others)
+        rules = (
+            type(self)(looks=looks, others=others)
+            for words in FEATURES
+            for looks in words
+            for others in combinations([word for word in words if word != looks], size)
+        )
+        return tuple(rule for rule in rules if rule != self)
+
+    def excludes(self, other: Claim) -> bool:
+        """What orders two words otherwise, or arms by the other feature."""
+        if not isinstance(other, _Ranked):
+            return False
+        (mine, its), features = (each._pairs() for each in (self, other)), [set(words) for words in FEATURES]
+        same = any({self.looks, other.looks} <= words for words in features)
+        return not same or any((low, high) in its for high, low in mine)
+
+    def _pairs(self) -> set[tuple[str, str]]:
+        """Pairs of words, first that of the arms that pay more."""
+        return {(self.looks, word) if self.kind is FP else (word, self.looks) for word in self.others}
+
+
+@claim
+class PayMore(_Ranked):
+    """True if in the town arms of these looks pay more on average than each arm of the others."""
+
+    kind = FP
+
+
+@claim
+class PayLess(_Ranked):
+    """True if in the town arms of these looks pay less on average than each arm of the others."""
+
+    kind = FN
+
+
+def _rules(law: Law) -> tuple[Claim, ...]:
+    """Which arms of a town pay less than others by their looks, and which pay most."""
+    for words, weights in zip(FEATURES, law, strict=False):
+        if any(weights):
+            low, *middle, high = sorted(words, key=lambda word: weights[words.index(word)])
+            return PayLess(looks=low, others=tuple(middle)), PayMore(looks=high, others=(low, *middle))
+    return ()
+
+
 def _among(low: int, size: int, arms: int) -> Among:
     low = min(low, arms - size)
     return Among(low=low, high=low + size - 1)
@@ -211,6 +347,8 @@ def _is_best(truth: Truth, arm: int) -> bool:
 
 
 _TRIES = 2
+_FEW = 3
+_STEPS = 20  # of what no arm exceeds, in each unit
 
 
 class BanditOracle(Oracle[Truth, Bandit]):
@@ -251,6 +389,16 @@ class BanditOracle(Oracle[Truth, Bandit]):
             claims.append(self._pull)
         if FN in kinds and self._avoid:
             claims.append(self._avoid[moment.turn % len(self._avoid)])
+
+    def clues(self, truth: Truth) -> tuple[Claim, ...]:
+        """The better half of the arms, what no arm exceeds, and the best three arms; in between, rules of a town."""
+        arms = len(truth.means)
+        ranked = sorted(range(arms), key=lambda arm: -truth.means[arm])
+        most = math.ceil(_STEPS * max(truth.means)) / _STEPS
+        better = [OneOf(arms=tuple(sorted(ranked[:size]))) for size in (arms // 2, _FEW) if 1 < size <= arms // 2]
+        told = self.lab.problem.fixed or (truth.spread == 0 and most >= 1)  # a student knows it without words
+        rules = _rules(truth.law)
+        return *better[:1], *rules[:1], *(() if told else (NoMoreThan(most=most),)), *rules[1:], *better[1:]
 
     def values(self, truth: Truth) -> tuple[float, ...]:
         """Expected reward per arm."""

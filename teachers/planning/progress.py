@@ -5,6 +5,8 @@ import time
 from types import TracebackType
 from typing import Any, Self
 
+from teachers import terminal
+
 _PATIENCE = 1.0  # seconds before it is shown
 
 
@@ -28,15 +30,13 @@ class ProgressBar:
     def show(self, done: int, found: int) -> None:
         """Show the numbers, which may both grow."""
         if self._bar is None and sys.stderr.isatty() and self.seconds > _PATIENCE:
-            from rich.console import Console
             from rich.progress import BarColumn, Progress, TextColumn
 
-            count = TextColumn(f"{{task.completed:,}} of {{task.total:,}} {self._unit} found so far")
-            self._bar = Progress(
-                TextColumn(self._what), BarColumn(), count, console=Console(stderr=True), transient=True
-            )
+            what = TextColumn("{task.description}", markup=False)
+            count = TextColumn(f"{{task.completed:,}} of {{task.total:,}} {self._unit} found so far", markup=False)
+            self._bar = Progress(what, BarColumn(), count, console=terminal.error_console(), transient=True)
             self._bar.add_task(self._what)
-            self._bar.start()
+            terminal.show(self._bar)
         if self._bar is not None:
             self._bar.update(self._bar.task_ids[0], completed=done, total=found)
 
@@ -47,4 +47,4 @@ class ProgressBar:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         if self._bar is not None:
-            self._bar.stop()
+            terminal.hide(self._bar)

@@ -34,6 +34,8 @@ from teachers.testing.pupil import Pupil
 from teachers.testing.wording import check_wording
 from worlds.testing import plain, require
 
+_CLUES, _SCOPE = 1, 2  # seeds of play
+_SELDOM = 4  # times as many turns elsewhere as where all that was said is checked in each turn
 _SHORT = 20  # times as many turns of random play as of each habit
 _EPISODES = 10  # of a student that acts by the values
 _NEAR = 1e-9  # differences of values below this are rounding
@@ -100,6 +102,56 @@ def check_hints(pupil: Pupil) -> None:
                 voice.words(hint)
 
 
+def check_clues(pupil: Pupil) -> None:
+    """Clues are true, also after a text that is no action; by their fields alone; and help with the next action.
+
+    They are of the kinds fp and fn and name no action. None repeats or excludes another, and some can be made false.
+    """
+    lab = pupil.make_world().scratch()
+    voice = pupil.make_teacher(pupil.make_world()).voice
+    allowed = {FP, FN} & set(_teaching(pupil).feedback_types)
+    given = distorted = False
+    short = dataclasses.replace(pupil, turns=-(-pupil.turns // _SHORT))
+    for habit in ("", "garbling"):
+        for oracle, moment in (short if habit else pupil).judged(_CLUES, habit):
+            clues = oracle.clues(moment.after)
+            require(clues == oracle.clues(moment.after), f"asked again, the oracle gives other clues of {moment}")
+            require(len(set(clues)) == len(clues), f"a clue is given twice: {clues}")
+            for one, other in combinations(clues, 2):
+                clash = one.excludes(other) or other.excludes(one)
+                require(not clash, f"{one} and {other} contradict each other (`Claim.excludes`), and are clues")
+            for clue in clues:
+                require(clue.kind in allowed, f"the clue {clue} is of kind {clue.kind}; allowed: {sorted(allowed)}")
+                names = isinstance(clue, ActionClaim | PlanClaim | EditClaim)
+                require(not names, f"the clue {clue} names an action; `judge` gives advice")
+                require(not clue.placebo and not clue.commonplace, f"the clue {clue} says nothing of the task")
+                require(clue.holds(moment, lab), f"the clue {clue} does not hold of {moment}")
+                require(clue.means(moment, oracle), f"the clue {clue} holds, but not by its fields alone, of {moment}")
+                voice.words(clue)
+                given, distorted = True, distorted or bool(oracle.falsehoods(clue, moment))
+    able = "clues" in _teaching(pupil).abilities()
+    require(
+        given == able, f"the oracle {'gives no clue' if able else 'gives clues'} in random play; see `Oracle.clues`"
+    )
+    require(distorted or not given, "no clue has a false counterpart in random play; see `Claim.counterparts`")
+
+
+def check_scope(pupil: Pupil) -> None:
+    """What is true once of a claim that reaches the world, or further, stays true for the whole episode."""
+    lab = pupil.make_world().scratch()
+    lasting: dict[Claim, None] = {}
+    for oracle, moment in dataclasses.replace(pupil, turns=-(-pupil.turns // _SELDOM)).judged(_SCOPE):
+        claims = oracle.judge(moment) + oracle.clues(moment.after)
+        if moment.turn == 0:
+            lasting = {}
+            claims += oracle.brief(moment.after, oracle.instruction_types[-1], np.random.default_rng(0))
+        for claim in lasting:
+            require(
+                claim.holds(moment, lab), f"{claim}, of the scope {claim.scope}, was true before, but not of {moment}"
+            )
+        lasting |= {each: None for each in claims if each.scope.lasts and each.holds(moment, lab)}
+
+
 def check_kinds(pupil: Pupil) -> None:
     """All kinds of the oracle occur, in speaking order; `judge` with fewer kinds gives just the claims of these."""
     seen = set()
@@ -138,6 +190,7 @@ def check_judging_changes_nothing(pupil: Pupil) -> None:
             for instruction_type in oracle.instruction_types:
                 oracle.brief(moment.after, instruction_type, np.random.default_rng(0))
         oracle.judge(moment)
+        oracle.clues(moment.after)
         oracle.importance(moment.after)
         oracle.plan(moment.after, 3)
         require(plain(world.save()) == before, f"the oracle changed the world while judging {moment}")
@@ -330,6 +383,8 @@ CHECKS: tuple[Callable[[Pupil], None], ...] = (
     check_contradictions,
     check_distortion,
     check_hints,
+    check_clues,
+    check_scope,
     check_judging_changes_nothing,
     check_claims,
     check_instructions,

@@ -9,7 +9,21 @@ import pickle
 import sys
 from collections.abc import Callable, Iterable
 
-from teachers.atoms import FP, ActionClaim, Atom, EditClaim, Grounded, Moment, PlanClaim, contradictions
+import numpy as np
+
+from teachers.atoms import (
+    FP,
+    ActionClaim,
+    Atom,
+    EditClaim,
+    Grounded,
+    HedgedClaim,
+    Moment,
+    PlanClaim,
+    contradictions,
+    unhedged,
+)
+from teachers.information import DrawnWorld
 from teachers.oracle import ABILITIES
 from teachers.personalities.delayed import Delayed
 from teachers.personality import Personality, parse_personality, stages_of
@@ -17,6 +31,7 @@ from teachers.session import Session
 from teachers.spec import parse_call
 from teachers.testing.pupil import Pupil
 from worlds.testing import plain, require
+from worlds.world import WorldTurn
 
 
 def check_personality(personality: str | Personality, pupil: Pupil) -> None:
@@ -44,7 +59,7 @@ def check_spec(personality: Personality, pupil: Pupil) -> None:
 
 
 def check_promise(personality: Personality, pupil: Pupil) -> None:
-    """If it is honest, all its claims are true; if not, it adds claims to the oracle's, all of them false.
+    """If it is honest, all its flat claims are true; if not, it adds claims to the oracle's, all of them false.
 
     If it does not reveal what to do, it gives no advice with an action.
     """
@@ -54,8 +69,10 @@ def check_promise(personality: Personality, pupil: Pupil) -> None:
         for _, atoms, true in episode:
             for atom in atoms:
                 moment = episode[atom.about_turn].moment
-                advises = atom.kind is FP and isinstance(atom.claim, ActionClaim | PlanClaim | EditClaim)
+                advises = atom.kind is FP and isinstance(unhedged(atom.claim), ActionClaim | PlanClaim | EditClaim)
                 require(personality.reveals or not advises, f"{personality} does not reveal, but says {atom.claim}")
+                if isinstance(atom.claim, HedgedClaim):
+                    continue  # neither true nor false
                 if personality.honest:
                     require(atom.claim.holds(moment, lab), f"{personality}: {atom.claim} does not hold of {moment}")
                 elif atom.claim not in true:
@@ -151,8 +168,41 @@ def check_stages(personality: Personality, pupil: Pupil) -> None:
         for episode in pupil.taught(pipeline, pupil.turns):
             for atom in itertools.chain.from_iterable(heard.atoms for heard in episode):
                 moment = episode[atom.about_turn].moment
-                holds = atom.claim.holds(moment, lab)
+                holds = isinstance(atom.claim, HedgedClaim) or atom.claim.holds(moment, lab)
                 require(holds or not personality.honest, f"{pipeline}: {atom.claim} does not hold of {moment}")
+
+
+def check_evidence(personality: Personality, pupil: Pupil) -> None:
+    """If it does not see the truth, it says the same in another world in which its evidence is the same.
+
+    A walk of its own is random, so that then it is not known which worlds these are.
+    """
+    if personality.evidence not in ("student", "rewards"):
+        return
+    world = pupil.make_world()
+    teacher = pupil.make_teacher(world, personality)
+    session = pupil.session(world, teacher)
+    grounds = pupil.make_teacher(world, personality).grounds
+    require(grounds, f"{personality} does not see the truth, so that it needs a posterior")
+    assert grounds is not None  # noqa: S101  # or that was an error
+    for number, episode in enumerate(pupil.episodes(min(pupil.turns, 4 * pupil.max_turns))):
+        turns = [
+            WorldTurn(None if moment.before is None else moment.action, moment.reward, moment.after, moment.success)
+            for moment in episode
+        ]
+        if personality.evidence == "rewards":
+            turns = [turn._replace(reward_known=turn.action is not None) for turn in turns]
+        draw = next(grounds.posterior.draws(turns, np.random.default_rng(number)))
+        other = DrawnWorld(draw, episode)
+        said = []
+        for moments in (episode, [other.moment(turn) for turn in range(len(episode))]):
+            session.open(number)
+            said.append(_watch(session, moments))
+        require(
+            said[0] == said[1],
+            f"{personality} says other things in a world that it cannot distinguish by its evidence, "
+            f"{personality.evidence!r}: it knows more",
+        )
 
 
 PERSONALITY_CHECKS: tuple[Callable[[Personality, Pupil], None], ...] = (
@@ -164,5 +214,6 @@ PERSONALITY_CHECKS: tuple[Callable[[Personality, Pupil], None], ...] = (
     check_words,
     check_copies,
     check_stages,
+    check_evidence,
 )
 """Every check of a personality."""

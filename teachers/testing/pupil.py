@@ -22,7 +22,7 @@ class Taught(NamedTuple):
     atoms: tuple[Atom, ...]
     """The feedback."""
     true: tuple[Claim, ...]
-    """What the oracle would have said."""
+    """What the oracle would have said, and its clues."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,8 @@ class Pupil:
                 session.follow(moment)
                 session.speak()
                 atoms = tuple(atom for atom in session.atoms if atom.kind is not None)
-                heard[-1].append(Taught(moment, atoms, session.teacher.oracle.judge(moment)))
+                oracle = session.teacher.oracle
+                heard[-1].append(Taught(moment, atoms, oracle.judge(moment) + oracle.clues(moment.after)))
         return heard
 
     def atoms(self, seed: int = 0, **settings: Any) -> Iterator[tuple[Atom, Moment, World[Any]]]:
@@ -125,10 +126,10 @@ class Pupil:
                 each.speak()
             yield [(atom, history[atom.about_turn], lab) for each in watching for atom in each.atoms]
 
-    def judged(self, seed: int = 0) -> Iterator[tuple[Oracle, Moment]]:
+    def judged(self, seed: int = 0, habit: str = "") -> Iterator[tuple[Oracle, Moment]]:
         """An oracle that has started its episode, and a moment of it."""
         session = self.session(self.make_world(), instructs=True)
-        for moment in self.play(session, seed):
+        for moment in self.play(session, seed, habit):
             yield session.teacher.oracle, moment
 
 

@@ -46,7 +46,7 @@ def _claims(pupil: Pupil) -> Iterator[Claim]:
     """Claims that occur in play, with their counterparts and those that say less."""
     lab = pupil.make_world().scratch()
     for oracle, moment in pupil.judged():
-        claims = oracle.judge(moment)
+        claims = oracle.judge(moment) + oracle.clues(moment.after)
         if moment.turn == 0:
             for type_ in oracle.instruction_types:
                 claims += oracle.brief(moment.after, type_, np.random.default_rng(0))

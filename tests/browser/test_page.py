@@ -65,6 +65,17 @@ def test_the_teachers_seat(address, visitor):
     visitor.shows("#end", "solved")
 
 
+def test_how_much_is_said(address, visitor):
+    visitor.begin(address, seat="teacher", bits=True, seed=7)
+    visitor.shows("#claims .bits", " bits")
+    visitor.all("#claims input")[1].click()
+    visitor.press("Say it")
+    visitor.shows("#turns > li:first-child .bits", " bits")
+    visitor.begin(address, seat="watch", id="llf-poem-Haiku-v0", bits=True, seed=7)
+    visitor.shows("#unmeasured", "'poem' has no posterior")
+    assert visitor.driver.execute_script("return document.documentElement.scrollWidth <= innerWidth")
+
+
 def test_words_of_ones_own_are_text(address, visitor):
     visitor.begin(address, seat="teacher", own_words=True, seed=7, max_turns=2)
     visitor.shows("#suggestion", "It would say: You are in a house")
@@ -345,11 +356,12 @@ def test_what_is_ticked_is_heard(address, visitor):
             other.shows("#status", f"Turn {turn} ")
             other.shows("#status", "It is your turn")
             last = other.all("#claims label")[-1]
-            ticked = last.text.splitlines()[-1]
+            ticked = last.text.split(maxsplit=1)  # the kind's word, then the sentence
             last.click()
             other.press("Say it")
             visitor.shows("#status", "It is your turn")
-            assert visitor.text("#said").splitlines()[-1] == ticked
+            assert visitor.text("#said p:last-child").split(maxsplit=1) == ticked
+            assert [visitor.text(f"#said p:last-child {part}") for part in (".kind", ".words")] == ticked
             visitor.press("south")
 
 

@@ -10,6 +10,7 @@ from shelf import FAMILIES, RICH
 from teachers import testing as kit
 from teachers.atoms import FP, HN, HP
 from teachers.common import Chance, Late, PartlyRight, Right, Truism
+from teachers.oracle import POSTERIOR
 from teachers.personality import Personality, Stage, personality
 
 
@@ -128,6 +129,15 @@ def hasty(claims, view):
     return [claim.claim if isinstance(claim, Late) else claim for claim in claims]
 
 
+@dataclass(frozen=True)
+class Peeking(Personality):
+    """Says that it goes by what the student sees, and says all that is true."""
+
+    needs = frozenset((POSTERIOR,))
+    evidence = "student"
+    stage = Frank
+
+
 LIARS = {
     kit.check_spec: Unwritten(),
     kit.check_promise: harmless(),
@@ -137,10 +147,11 @@ LIARS = {
     kit.check_words: homesick(),
     kit.check_copies: Forgetful(),
     kit.check_stages: hasty(),
+    kit.check_evidence: Peeking(),
 }
 
 
-@pytest.mark.parametrize("spec", ["oracle", "mistake(eps=0.3)", "delayed(turns=2) | vague"])
+@pytest.mark.parametrize("spec", ["oracle", "mistake(eps=0.3)", "delayed(turns=2) | vague", "partial"])
 def test_good_personalities_pass(spec):
     kit.check_personality(spec, pupil())
 

@@ -6,6 +6,7 @@ import gymnasium
 import numpy as np
 import pytest
 from sampling import ENTRIES
+from towns import towns_of
 
 from llf_teacher import Lesson
 from llf_teacher.registry import entries, family
@@ -20,11 +21,12 @@ from worlds.posteriors.gridworld import GridworldPosterior
 
 ABLE = [each for each in ENTRIES if each.values[0].family.posterior]
 DEAR = {"alfworld": 40, "movies": 300}  # histories, each with 19 worlds
+TOWNS = [each for each in ABLE if towns_of(each.values[0])]
 
 
-def made(entry):
+def made(entry, **options):
     return partial(
-        entry.family.make_world, **entry.options | dict(entry.family.posterior_needs)
+        entry.family.make_world, **entry.options | dict(entry.family.posterior_needs) | options
     ), entry.family.make_posterior
 
 
@@ -39,6 +41,25 @@ def test_posteriors_are_calibrated(entry, monkeypatch):
     if entry.family.name in DEAR:
         monkeypatch.setattr(kit, "HISTORIES", DEAR[entry.family.name])
     kit.check_calibration(*made(entry))
+
+
+@pytest.mark.parametrize("check", kit.CHECKS[:-1], ids=lambda check: check.__name__)
+@pytest.mark.parametrize("entry", TOWNS)
+def test_posteriors_in_towns(entry, check):
+    check(*made(entry, town=3))
+
+
+@pytest.mark.parametrize("entry", TOWNS)
+def test_posteriors_are_calibrated_in_towns(entry, monkeypatch):
+    monkeypatch.setattr(kit, "HISTORIES", DEAR.get(entry.family.name, kit.HISTORIES) // 2)
+    kit.check_calibration(*made(entry, town=3))
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("entry", TOWNS)
+def test_posteriors_are_calibrated_in_many_towns(entry, monkeypatch):
+    monkeypatch.setattr(kit, "HISTORIES", 600 if entry.family.name == "alfworld" else 10_000)
+    kit.check_calibration(*made(entry, town=3))
 
 
 @pytest.mark.full
@@ -89,6 +110,34 @@ def test_only_calibration_rejects_wrong_probabilities(make, liar, rejects):
     assert rejects(kit.CHECKS, make, lying) == ["check_calibration"]
 
 
+class AnyLaw(GridworldPosterior):
+    """Draws the law without regard to the room of the treasure."""
+
+    def openings(self, turns, rng):
+        for truth in super().openings(turns, rng):
+            law = self.lab.options["room_types"][rng.integers(7)]
+            yield truth._replace(layout=truth.layout._replace(law=law))
+
+
+class Local(BanditPosterior):
+    """Knows the law by the number of the town."""
+
+    def openings(self, turns, rng):
+        yield from (truth for truth in super().openings(turns, rng) if truth.law == self.lab.law)
+
+
+@pytest.mark.parametrize(
+    ("make", "liar", "check"),
+    [
+        (partial(Gridworld, map=True, town=3), AnyLaw, "check_calibration"),
+        (partial(Bandit, town=3), FromThePrior, "check_calibration"),
+        (partial(Bandit, town=3), Local, "check_hidden"),
+    ],
+)
+def test_one_check_rejects_what_is_wrong_of_laws(make, liar, check, rejects):
+    assert rejects(kit.CHECKS, make, lambda world: liar(world.scratch())) == [check]
+
+
 def test_parameters_alone_do_not_show_that_data_are_ignored():
     make = partial(Bandit, problem="TenArmedRandomFixed")
     ranks = kit.rank(make, lambda world: FromThePrior(world.scratch()), np.random.default_rng(), 400)
@@ -108,7 +157,7 @@ class Elsewhere(GridworldPosterior):
 class Lawless(BanditPosterior):
     """Has successes that do not follow from the arms."""
 
-    def draws(self, turns, rng):
+    def draws(self, turns, rng, beside=()):
         for draw in super().draws(turns, rng):
             yield tuple(turn._replace(success=not turn.success) if turn.action is not None else turn for turn in draw)
 
@@ -116,7 +165,7 @@ class Lawless(BanditPosterior):
 class Tired(BanditPosterior):
     """Draws from a stream of its own."""
 
-    def draws(self, turns, rng):
+    def draws(self, turns, rng, beside=()):
         self.count = getattr(self, "count", 0) + 1
         return super().draws(turns, np.random.default_rng(self.count))
 

@@ -8,9 +8,10 @@ import pytest
 
 from pz_envs.family import all_families
 from teachers import testing as kit
-from teachers.atoms import FN, FP, HN, HP, KINDS, ActionClaim, PlanClaim, R, claim, fast_constructor
+from teachers.atoms import FN, FP, HN, HP, KINDS, ActionClaim, Claim, PlanClaim, R, Scope, claim, fast_constructor
 from teachers.common import Solved
-from teachers.oracles.bandits import Among, Avoid, BanditOracle, Pull, PulledBest
+from teachers.oracle import Oracle
+from teachers.oracles.bandits import Among, Avoid, BanditOracle, OneOf, Pull, PulledBest
 from teachers.phrasebook import Phrasebook
 from teachers.teacher import Teacher
 
@@ -24,8 +25,9 @@ def pupil(oracle):
                 cls.__name__: [f"{cls.__name__} {i}: {{action}}." for i in range(4)]
                 for cls in (Strange, Hinted, Recanted, Kindless)
             }
-            | {"Plan": [f"Plan {i}." for i in range(4)], "Twofold": [f"No {i} {{action}}." for i in range(4)]},
-            [Strange, Hinted, Recanted, Kindless, Plan, Twofold],
+            | {cls.__name__: [f"{cls.__name__} {i}." for i in range(4)] for cls in (Plan, Early)}
+            | {"Twofold": [f"No {i} {{action}}." for i in range(4)]},
+            [Strange, Hinted, Recanted, Kindless, Plan, Early, Twofold],
             "test",
         )
         return Teacher(oracle(world.scratch), voice, personality, **settings)
@@ -124,6 +126,7 @@ class Contrarian(BanditOracle):
     """Values the worst arm most, and gives no feedback that the world could refute."""
 
     feedback_types = (R,)
+    clues = Oracle.clues
 
     def _hindsight(self, claims, moment, kinds):
         pass
@@ -163,6 +166,34 @@ class Misguided(BanditOracle):
     def start(self, truth):
         super().start(truth)
         self._pull = Hinted(action=self._best[0])
+
+
+class Riddler(BanditOracle):
+    """Gives a clue that is false."""
+
+    def clues(self, truth):
+        worst = truth.means.index(min(truth.means))
+        return (*super().clues(truth), OneOf(arms=(worst,)))
+
+
+@claim
+class Early(Claim):
+    """True in the first turns."""
+
+    kind = FN
+    scope = Scope.WORLD
+
+    def holds(self, moment, lab):
+        return moment.turn < 3
+
+
+class Fickle(BanditOracle):
+    """Says of what holds of the moment that it holds for the whole episode."""
+
+    def _advice(self, claims, moment, kinds):
+        super()._advice(claims, moment, kinds)
+        if FN in kinds and moment.turn < 3:
+            claims.append(Early())
 
 
 @claim
@@ -220,6 +251,8 @@ LIARS = {
     kit.check_contradictions: Wavering,
     kit.check_distortion: Incorrigible,
     kit.check_hints: Misguided,
+    kit.check_clues: Riddler,
+    kit.check_scope: Fickle,
     kit.check_kinds: Unordered,
     kit.check_judging_changes_nothing: Meddler,
     kit.check_claims: Confused,

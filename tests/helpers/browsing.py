@@ -141,6 +141,8 @@ class Visitor:
         self.click(f"input[name=seat][value={seat}]")
         if fields.pop("two", False):
             self.click("input[name=two]")
+        if fields.pop("bits", False):
+            self.click("input[name=bits]")
         if fields.pop("own_words", False):
             self.click("input[value='own words']")
         if "max_turns" in fields:

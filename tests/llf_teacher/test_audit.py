@@ -2,9 +2,11 @@
 
 import pytest
 from design import sampled
+from hedging import hedging
 from shelf import FAMILIES, pairs
 
 import llf_teacher
+from llf_teacher.cli.audit import _print as print_audits
 from llf_teacher.cli.audit import summary
 from llf_teacher.registry import PREFIX
 from llf_teacher.students.parsing import parse_student
@@ -14,7 +16,7 @@ from pz_envs.family import all_families
 from teachers.atoms import FP, HN, HP, KINDS, Label, ParseFailure, R
 from teachers.common import Right, Truism, Wrong
 from teachers.personalities.silent import silent
-from teachers.personality import PERSONALITIES, personality
+from teachers.personality import parse_personality, personality
 
 GRID = "llf-gridworld-v0"
 SHOWCASE = [PREFIX + family.showcase[0] for family in all_families()]
@@ -27,7 +29,7 @@ def few(family_id):
 
 
 @sampled(lambda name, teacher: {name, teacher})
-@pytest.mark.parametrize(("name", "teacher"), [(n, spec) for n, spec in pairs() if PERSONALITIES[spec]().honest])
+@pytest.mark.parametrize(("name", "teacher"), [(n, spec) for n, spec in pairs() if parse_personality(spec).honest])
 def test_honest_personalities_are_never_caught(name, teacher):
     id = PREFIX + FAMILIES[name].showcase[0]
     found = audit(id, teacher, turns=few(id))
@@ -256,3 +258,26 @@ def test_bits_are_measured_where_they_are_wanted():
         audit("llf-poem-Haiku-v0", turns=10, worlds=16)
     with pytest.raises(ValueError, match="pass map=True"):
         audit(GRID, turns=10, worlds=16, map=False)
+
+
+@pytest.mark.parametrize(
+    ("bends", "verdict"),
+    [("timid(by=1)", "calibrated"), ("overconfident(by=3)", "overconfident"), ("timid(by=3)", "timid")],
+)
+def test_the_hedges_of_an_audit_are_judged_together(bends, verdict, capsys):
+    found = audit(GRID, hedging() | parse_personality(bends), turns=600, students=["random"], instruction_types=["b"])
+    assert found.hedges.verdict == verdict
+    feedback = {label for kind, label in found.claims if kind is not None}
+    assert feedback == {Label.HEDGED}
+    assert found.hedges.sentences == found.count(Label.HEDGED) > 1000
+    assert found.held == 1.0  # the instruction; hedges are neither true nor false
+    assert {each.what for each in found.examples} == {"contradiction"}  # each is drawn for itself
+    assert found.as_dict()["hedges"]["verdict"] == verdict
+    print_audits([found])
+    shown = " ".join(capsys.readouterr().out.split())
+    assert (
+        f"{found.hedges.sentences:,} sentences in {found.episodes} episodes: Brier score {found.hedges.brier:.3f}"
+        in shown
+    )
+    for each in found.hedges.bins:
+        assert f"{each.sentences:,} {each.said:.1%} {each.held:.1%}" in shown

@@ -438,8 +438,23 @@ def test_posteriors(tmp_path):
     result = llf("dev", "posteriors", "gridworld", "--histories", "40", "--plot", "ranks.svg", cwd=tmp_path)
     assert result.returncode == 0
     assert re.search(r"llf-gridworld-v0 +0\.\d+ .* \d+ +\d+ +\d\.\d\d", result.stdout)
-    assert (tmp_path / "ranks.svg").read_text(encoding="utf-8").count("rank of the true world") == 4
+    assert "gridworld: 4 quantities, 40 histories" in (tmp_path / "ranks.svg").read_text(encoding="utf-8")
     result = llf("dev", "posteriors", "poem", cwd=tmp_path)
+    assert (result.returncode, "unknown family with a posterior 'poem'; allowed" in result.stderr) == (2, True)
+
+
+def test_the_table_of_bits(tmp_path):
+    page = tmp_path / "page.md"
+    empty = "before\n<!-- llf dev bits: gridworld -->\n<!-- end -->\n<!-- llf dev bits: movies -->\n<!-- end -->\n"
+    page.write_text(empty)
+    result = llf("dev", "bits", "page.md", "gridworld", "--turns", "10", "--worlds", "8", cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    text = page.read_text(encoding="utf-8")
+    assert re.search(
+        r"\n\| `Go` \| \d+ \| 0 \| (at least )?\d\.\d\d \| \d+% \| (at least )?\d\.\d\d\d \| \d\.\d\d\d \|\n", text
+    )
+    assert text.endswith("<!-- llf dev bits: movies -->\n<!-- end -->\n")
+    result = llf("dev", "bits", "page.md", "poem", cwd=tmp_path)
     assert (result.returncode, "unknown family with a posterior 'poem'; allowed" in result.stderr) == (2, True)
 
 

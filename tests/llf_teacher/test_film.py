@@ -27,6 +27,17 @@ def test_the_command(tmp_path):
         assert image.convert("L").resize((1, 1)).getpixel((0, 0)) < 80
 
 
+def test_how_much_is_said_stands_beside_its_kind():
+    shown = {"student": "obedient", "teacher": "oracle", "seed": 7, "privileged_info": True, "max_turns": 2}
+    bits, plain = film(ID, worlds=8, **shown), film(ID, options={"map": True}, **shown)
+    for one, other in zip(bits[1:], plain[1:], strict=True):  # at the opening, the instruction takes all the room
+        rows, columns = np.nonzero((one != other).any(axis=2))
+        assert 0 < len(rows) < 4_000
+        assert columns.min() > 384  # beside the picture
+    with pytest.raises(ValueError, match="'poem' has no posterior"):
+        film("llf-poem-Haiku-v0", student="random", seed=0, worlds=8)
+
+
 @pytest.mark.parametrize("suffix", [".gif", ".webp"])
 def test_animations_show_the_frames(frames, tmp_path, suffix):
     path = tmp_path / f"film{suffix}"

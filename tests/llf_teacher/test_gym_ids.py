@@ -3,6 +3,7 @@
 import copy
 import json
 import pickle
+import re
 import sys
 from functools import partial
 from itertools import pairwise
@@ -149,7 +150,7 @@ def test_the_teacher_of_a_world_knows_its_options():
         ("gym:no_such_module:X-v0", {}, "the module 'no_such_module' cannot be imported"),
         ("gym:math:pi", {}, "the module 'math' neither registers nor defines 'pi'"),
         ("gym:llf-gridworld-v0", {}, "has a teacher already; leave the prefix 'gym:' out: 'llf-gridworld-v0'"),
-        ("gym:CartPole-v1", {"oracle": "exact"}, "its states are real numbers, too many to explore"),
+        ("gym:CartPole-v1", {"oracle": "exact"}, "its state has real numbers, which hardly recur"),
     ],
 )
 def test_bad_ids_and_options_are_named(id, options, match):
@@ -280,8 +281,16 @@ def test_success_is_what_the_environment_means_by_it():
 
 def test_list_says_what_each_tier_says():
     shown = llf("list", LAKE).stdout
-    for text in ("exact", "16 states", "left, down, right, up", "map_name", "b p", "what the student sees"):
+    for text in (
+        "exact",
+        "16 states",
+        "left, down, right, up",
+        "map_name",
+        "with practice (p)",
+        "what the student sees",
+    ):
         assert text in shown
+    assert "reward (r), praise (hp), blame (hn), advice (fp), warning (fn)" in shown
     shown = llf("list", "gym:CartPole-v1").stdout
     assert "real numbers" in shown
     assert "a search of at most" in shown
@@ -316,6 +325,37 @@ def test_teach_tries_an_environment(own_module, name, status, said):
 
 def test_teach_needs_a_prefix():
     assert "must be an id of Gymnasium with its prefix, gym:Taxi-v4" in llf("teach", "Taxi-v4").stderr
+    assert "did you mean gym:Taxi-v4?" in llf("play", "Taxi-v4").stderr
+
+
+@pytest.mark.parametrize(
+    ("name", "near"),
+    [
+        ("FrozenLaek-v1", "FrozenLake-v1"),
+        ("frozen_lake", "FrozenLake-v1"),
+        ("Pendulum3-v0", "Pendulum-v1"),
+        ("Bipedal", "BipedalWalker-v3"),
+        ("LavaGap", "MiniGrid-LavaGapS5-v0 or gym:MiniGrid-LavaGapS6-v0 or gym:MiniGrid-LavaGapS7-v0"),
+        ("Xyzzy-v1", ""),
+        ("Fery", ""),
+    ],
+)
+def test_only_ids_like_it_are_suggested(name, near):
+    with pytest.raises(ValueError, match="unknown environment") as refused:
+        entry(f"gym:{name}")
+    _, _, said = f"{refused.value}".partition("did you mean gym:")
+    assert said.startswith(near) if near else not said
+
+
+def test_teach_says_only_what_makes_sense():
+    """Numbers that are no choices have no words; and no text has an address in memory."""
+    shown = llf("teach", "gym:Pendulum-v1").stdout
+    assert "describe=" in shown
+    assert "action_words" not in shown
+    assert re.search(r"^turn 1 +\[-?\d\.\d+\]\. ", shown, re.MULTILINE)
+    shown = llf("teach", "gym:MiniGrid-LavaGapS5-v0").stdout
+    assert "'mission': MissionSpace, such as 'avoid the lava and get to the green goal square')" in shown
+    assert "0x" not in shown
 
 
 def test_random_play_teaches_what_values_say():
@@ -331,6 +371,14 @@ def test_random_play_teaches_what_values_say():
         assert one[0]["feedback"] == other[0]["feedback"]
         if one[2] or one[3]:
             break
+
+
+def test_where_nobody_knows_values_a_study_has_the_negated_reward_as_regret():
+    """Teachers differ by as much as they would in regret."""
+    (spec, *_) = study(ids=["gym:CartPole-v1"], max_turns=3, seeds=1, options={}).episodes()
+    record = play(spec)
+    assert record.episode.regret == -record.episode.total_reward == -3
+    assert [turn.regret for turn in record.turns] == [0, -1, -1, -1]
 
 
 def test_the_table_is_measured_and_written():

@@ -25,7 +25,7 @@ def test_a_family_has_a_page(one):
     assert "](film.webp)" in page
     for cls in claims_of(one.oracle_class().__module__):
         (row,) = [line for line in page.splitlines() if line.startswith(f"| `{cls.__name__}` |")]
-        assert all(cell.strip() for cell in (row.split(" | ")[i] for i in (1, 3, 4)))
+        assert all(cell.strip() for cell in (row.split(" | ")[i] for i in (1, 3, 4, 5)))
     for name in one.environments:
         assert f"| `llf-{name}` |" in page
     for option in one.options():
@@ -34,7 +34,7 @@ def test_a_family_has_a_page(one):
 
 def test_examples_are_sentences_of_claims_that_were_made():
     made = {cls.__name__: text for cls, text in examples(family("gridworld")).items()}
-    assert {"Goal", "Go", "Avoid", "Nearer", "NoNearer", "Route", "TriedWell"} <= made.keys()
+    assert {"Goal", "Go", "Avoid", "Nearer", "NoNearer", "Route", "TriedWell", "InRoom"} <= made.keys()
     assert not any("{" in text for text in made.values())
 
 

@@ -1,12 +1,16 @@
 """`llf play`: what a person sees in the terminal, in both seats."""
 
+import contextlib
+import io
 import re
 
 import pytest
 from commands import llf
 
 from pz_envs.family import own_families
+from teachers import terminal
 from teachers.atoms import KINDS
+from teachers.terminal import Waiting
 from teachers.words import KIND_MEANINGS
 
 GRID = "llf-gridworld-v0"
@@ -82,11 +86,12 @@ def test_a_seed_that_is_drawn_is_told():
     assert play(GRID, "--max-turns", "1", "--seed", seed, text="west\n") == first
 
 
-@pytest.mark.parametrize("word", ["help", "?", "norht", "west or east", "Help", "quit"])
+@pytest.mark.parametrize("word", ["help", "?", "norht", "west or east", "Help", "q", "Quit", "exit", ":q"])
 def test_what_is_no_action_costs_no_turn(word):
     out = play(GRID, "--seed", "7", "--max-turns", "2", text=f"{word}\nwest\nsouth\n")
     assert "not understood" not in out
-    if word == "quit":
+    assert " q or Ctrl-D to leave.\n" in out
+    if word.strip(":").lower() in ("q", "quit", "exit"):
         assert out.endswith("Turn 1> \nYou left the episode.\n")
         return
     assert out.count("Turn 1> ") == 2
@@ -138,10 +143,76 @@ def test_nothing_is_wider_than_the_terminal_and_no_word_is_cut(family):
             assert not {*words} - {*wide.split(), "…"}
 
 
-def test_a_poem_may_be_left_and_explained():
-    out = play("llf-poem-Haiku-v0", "--seed", "7", text="?\nquit\n")
+@pytest.mark.parametrize("last", ["quit\n", "a first line\n:q\n"])
+def test_a_poem_may_be_left_and_explained(last):
+    out = play("llf-poem-Haiku-v0", "--seed", "7", text=f"?\n{last}")
     assert out.count("Turn 1 (an empty line ends it)> ") == 2
-    assert "You left the episode." in out
+    assert "Where q may be an answer, :q leaves." in " ".join(out.split())
+    assert out.endswith("\nYou left the episode.\n")
+
+
+@pytest.mark.parametrize("word", ["q", "quit", "exit", ":q"])
+@pytest.mark.parametrize("before", ["", "fp\n"])
+def test_the_teacher_leaves_at_each_question(word, before):
+    """Also when the budget is spent, where an empty line goes on."""
+    command = (GRID, "--seat", "teacher", "--seed", "3", "--budget", "1")
+    out = play(*command, text=f"{before}{word}\n")
+    assert out.endswith("> \nYou left the episode.\n")
+    assert ("budget of 1 is spent" in out) == bool(before)
+
+
+def test_a_word_that_is_an_action_is_taken(tmp_path, monkeypatch):
+    """What stands behind a colon leaves."""
+    (tmp_path / "hall.py").write_text(HALL)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    out = play("gym:hall:Hall", "--seed", "1", text="quit\n:q\n")
+    assert "The student: quit (reward 0)" in out
+    assert out.endswith("Turn 2> \nYou left the episode.\n")
+
+
+HALL = """
+import gymnasium
+from gymnasium.spaces import Discrete
+
+
+class Hall(gymnasium.Env):
+    observation_space, action_space = Discrete(9), Discrete(2)
+
+    def get_action_meanings(self):
+        return ["quit", "enter"]
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.place = 4
+        return self.place, {}
+
+    def step(self, action):
+        self.place += 1 if action else -1
+        over = self.place in (0, 8)
+        return self.place, float(self.place == 8), over, False, {}
+"""
+
+
+def test_a_terminal_shows_that_the_first_lesson_is_prepared(monkeypatch):
+    """On standard error, until it is there; what else takes long has its bar meanwhile."""
+    said = io.StringIO()
+    said.isatty = lambda: True
+    for name in ("NO_COLOR", "FORCE_COLOR"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("TERM", "xterm")
+    with contextlib.redirect_stderr(said), Waiting("Preparing :cat: [b]") as waiting:
+        bar = terminal.error_console().status("another")
+        terminal.show(bar)
+        terminal.hide(bar)
+        waiting.say("Nearly :cat:")
+    shown = said.getvalue()
+    assert shown.index("Preparing :cat: [b]") < shown.index("another") < shown.rindex(":cat:")
+    assert "Nearly :cat:" in shown
+    assert shown.endswith("\x1b[2K")  # nothing of it stays
+    with contextlib.redirect_stderr(io.StringIO()) as silent, Waiting("Preparing"):
+        pass
+    assert silent.getvalue() == ""
 
 
 def test_a_wide_map_fits_the_terminal():

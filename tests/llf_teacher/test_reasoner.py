@@ -10,7 +10,7 @@ from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies import Study
 from teachers.atoms import Atom, Moment
 from teachers.belief import DRAWS, Belief
-from teachers.common import Reward
+from teachers.common import Reward, hedge
 from teachers.information import DrawnWorld
 from teachers.oracles.bandits import Among, Avoid, Pull
 from worlds.world import WorldTurn
@@ -210,3 +210,42 @@ def test_a_study_says_what_is_missing():
 def test_parameters_are_checked(given):
     with pytest.raises(ValueError, match=given.partition("=")[0]):
         parse_student(f"reasoner({given})")
+
+
+@pytest.mark.parametrize("trust", [0.0, 0.5, 1.0])
+def test_a_hedge_weighs_a_world_by_its_probability(trust):
+    world, belief = believing(trust, worlds=512)
+    best = world.truth.best[0]
+    second, third = (best + 1) % 10, (best + 2) % 10
+    told(belief, hedge(Pull(action=best), 0.8), hedge(Avoid(action=second), 0.6), Avoid(action=third))
+    factors = {p: 1 - trust + trust * (1 - p) / p for p in (0.8, 0.6, 1.0)}
+    seen = set()
+    for drawn in belief._pool:
+        top = drawn.draw[0].truth.best
+        false = [best not in top, second in top, third in top]
+        expected = np.prod([factors[p] for p, wrong in zip((0.8, 0.6, 1.0), false, strict=True) if wrong])
+        assert belief.weight(drawn) == pytest.approx(expected)
+        seen.add(tuple(false))
+    assert len(seen) == 4
+    assert belief._weights == pytest.approx([belief.weight(drawn) for drawn in belief._pool])
+    assert belief.ignored == 0
+
+
+def test_a_hedge_that_no_world_has_changes_nothing():
+    _, belief = believing(0.9)
+    told(belief, hedge(Among(low=7, high=6), 0.9))
+    assert len(set(belief._weights)) == 1
+    assert belief.ignored == 0
+
+
+def test_more_probable_hedges_lead_to_less_regret_and_false_ones_astray():
+    lost = {}
+    for p, true in ((0.95, True), (0.6, True), (0.95, False)):
+        lost[p, true] = 0.0
+        for seed in range(20):
+            world, belief = believing(worlds=64, seed=seed)
+            best = world.truth.best[0]
+            told(belief, hedge(Pull(action=best if true else (best + 1) % 10), p))
+            values = np.array(belief._oracle.values(world.truth))
+            lost[p, true] += values.max() - values[belief.regrets().argmin()]
+    assert lost[0.95, True] <= lost[0.6, True] < lost[0.95, False]

@@ -25,7 +25,7 @@ from llf_teacher.tools.pages import family_page
 from pz_envs.frames import HEIGHT
 from pz_envs.frames import WIDTH as FRAME
 from teachers.atoms import KINDS
-from teachers.words import KIND_COLOURS, KIND_WORDS, VERDICTS, feedback_words, type_words
+from teachers.words import KIND_COLOURS, KIND_WORDS, VERDICTS, coded_words, feedback_words, type_words
 from worlds.pictures.testing import Proof
 from worlds.pictures.themes import SERIES, SIZES, SPACES, THEMES, contrast
 
@@ -107,7 +107,9 @@ def test_types_have_words():
     assert feedback_words("a") == "all kinds"
     assert feedback_words("r+fn") == "reward, warning"
     assert type_words("p", "n") == "with practice, none"
-    assert {f"{verdict}"[0] for verdict in VERDICTS.values()} == {"✓", "✗"}
+    assert coded_words(("b", "c")) == "basic (b), complete (c)"
+    assert coded_words(["r", "fn"]) == "reward (r), warning (fn)"
+    assert {f"{verdict}"[0] for verdict in VERDICTS.values()} == {"✓", "✗", "~"}
 
 
 def test_no_heading_is_empty(tmp_path):

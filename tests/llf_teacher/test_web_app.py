@@ -54,6 +54,23 @@ def finish(visitor, page, sent=None):
     return state
 
 
+def test_how_much_is_said_is_shown_but_for_the_student():
+    visitor = client()
+    page = begin(visitor, seat="teacher", two=True, bits=True)
+    state = told(visitor.get(f"{page}/state"))
+    assert all(" bits" in each["html"] for each in state["claims"] if each["kind"])
+    state = told(move(visitor, page, {"claims": [0]}))
+    assert any(" bits" in each["html"] for each in state["said"])
+    assert " bits" in state["turns"][0]
+    student = visitor.get(page).text.partition('data-path="')[2].partition('"')[0]
+    assert " bits" not in visitor.get(f"{student}/state").text
+    for bad, said in (({"seat": "student"}, "a student cannot see how much is said"), ({"bits": 8}, "true or false")):
+        answer = visitor.post("/lessons", json={"id": GRID, "seat": "watch", "bits": True, **bad})
+        assert (answer.status_code, said in answer.text) == (400, True), answer.text
+    page = begin(visitor, seat="watch", id="llf-poem-Haiku-v0", bits=True)
+    assert "'poem' has no posterior" in told(visitor.get(f"{page}/state"))["unmeasured"]
+
+
 def test_a_student_plays_a_lesson():
     visitor = client()
     page = begin(visitor, seat="student")

@@ -42,6 +42,30 @@ def test_who_watches_sees_the_episode_of_a_study(id, teacher):
     assert live.record(spec) == play(spec)
 
 
+@pytest.mark.parametrize("id", [*IDS[:2], "llf-poem-Haiku-v0"])
+def test_who_sees_how_much_is_said_sees_the_episode_of_a_study_that_measures_it(id):
+    live = to_the_end(lesson(id, seat="watch", bits=True, max_turns=2), WATCHER)
+    spec = live.plan.spec({})
+    assert spec.draws == 256
+    assert live.record(spec) == play(spec)
+    assert live.unmeasured == live.record(spec).episode.why
+    assert ("no posterior" in live.unmeasured) == ("poem" in id)
+
+
+def test_claims_to_choose_from_are_weighed_as_they_are_heard():
+    live = lesson(IDS[1], seat="teacher", bits=True)
+    for _ in range(2):
+        listed = live.teacher_view.offer.listed()
+        first, *_ = live.weigh(listed)
+        assert live.weigh(listed)[0].worlds == 256  # it is not heard by that
+        live.move(TEACHER, [0])
+        heard = live.rows[-1].atoms[-1]["information"]
+        assert (heard["worlds"], heard["held"]) == (first.worlds, first.held)
+    live.undo(TEACHER)
+    assert live.weigh(live.teacher_view.offer.listed())[0].worlds == 256
+    assert lesson(IDS[1], seat="teacher").weigh(listed) == []
+
+
 @pytest.mark.parametrize("id", IDS)
 def test_a_student_hears_what_an_agent_would(id):
     live, env = lesson(id, seat="student"), llf_teacher.make(id, text=True, max_turns=6)

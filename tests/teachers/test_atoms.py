@@ -20,14 +20,19 @@ from teachers.atoms import (
     Atom,
     Claim,
     FeedbackType,
+    Label,
     Moment,
     R,
     Utterance,
     Verdict,
+    action_of,
     claim,
+    confidence,
+    contradictions,
     opposed,
+    unhedged,
 )
-from teachers.common import Late, Reward, Solved, TryAgain
+from teachers.common import Late, Probably, Reward, Right, Solved, TryAgain, hedge
 from teachers.oracle import claims_of
 
 FAMILY_CLAIMS = [cls for family in all_families() for cls in family.oracle_class().claims()]
@@ -42,7 +47,9 @@ def name(cls):
 
 
 def some(cls, value=1):
-    """An instance with the same value in every field; the types of fields are not checked by claims."""
+    """An instance with the same value in every field; the types of fields are not checked by claims, but for hedges."""
+    if cls is Probably:
+        return cls(claim=Solved(), p=0.5 + value / 10)
     return cls(**{field.name: value for field in dataclasses.fields(cls)})
 
 
@@ -92,7 +99,7 @@ def test_kinds_are_in_speaking_order():
 @pytest.mark.parametrize("cls", CLAIMS, ids=name)
 def test_claims_say_when_they_are_true(cls):
     assert issubclass(cls, Claim)
-    assert cls is Late or cls.__doc__.startswith("True ")
+    assert cls is Late or cls.__doc__.startswith("Neither true nor false" if cls is Probably else "True ")
     assert cls.holds is not Claim.holds or cls is Late
 
 
@@ -265,3 +272,42 @@ def test_a_claim_holds_no_numbers_of_numpys(name, value):
         TypeError, match=rf"(?s)the field '{name}' of the claim Walk holds .*; allowed: numbers of Python's"
     ):
         Walk(**{"length": 0.5, name: value})
+
+
+def test_a_hedge_has_the_kind_and_the_action_of_what_it_hedges_and_a_probability_as_it_is_said():
+    praise = Right.on((), action=3)
+    said = hedge(praise, 0.9371)
+    assert (said.p, said.percent, said.kind, action_of(said)) == (0.94, 94, "hp", 3)
+    assert unhedged(said) is praise is unhedged(praise)
+    assert (confidence(said), confidence(praise)) == (0.94, 1)
+    assert [hedge(praise, p).p for p in (0.5001, 0.9999)] == [0.51, 0.99]
+    assert hedge(said, 0.6) == hedge(praise, 0.6)
+    assert hedge(Late(claim=praise, turn=2), 0.6) == Late(claim=hedge(praise, 0.6), turn=2)
+    twin = pickle.loads(pickle.dumps(said))
+    assert twin == said
+    assert twin.claim._ground == ()
+
+
+@pytest.mark.parametrize("p", [0.5, 1, 0.0, float("nan")])
+def test_a_probability_lies_between_a_half_and_1(p):
+    with pytest.raises(ValueError, match=r"p must be above 0\.5 and below 1"):
+        hedge(Solved(), p)
+
+
+@pytest.mark.parametrize("claim", [Late(claim=Solved(), turn=1), hedge(Solved(), 0.8)])
+def test_only_a_flat_claim_is_hedged(claim):
+    with pytest.raises(ValueError, match="a hedge needs a flat claim that is not late"):
+        Probably(claim=claim, p=0.8)
+
+
+def test_a_hedge_is_neither_true_nor_false_and_excludes_what_its_claim_excludes():
+    now = Moment.opening(0)._replace(before=0, action=1)
+    for flat, holds in ((TryAgain(), True), (Solved(), False)):
+        said = hedge(flat, 0.8)
+        assert Atom(said, "", 0).label([now], None) is Label.HEDGED
+        assert said.holds(now, None) is holds
+        (other,) = said.counterparts(now, None)
+        assert other == hedge(flat.counterparts(now, None)[0], 0.8)
+        pair = [Atom(said, "", 0), Atom(other.claim, "", 0)]
+        assert len(contradictions(pair)) == len(contradictions([Atom(each.claim, "", 0) for each in (said, other)]))
+        assert not contradictions([Atom(said, "", 0), Atom(flat, "", 0)])

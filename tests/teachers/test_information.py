@@ -8,7 +8,7 @@ import pytest
 from llf_teacher.gym import StudentEnv
 from llf_teacher.registry import entries, family
 from teachers.atoms import Atom, Moment
-from teachers.common import NoDifference, Reward, Right, Solved, TryAgain, Wrong
+from teachers.common import NoDifference, Reward, Right, Solved, TryAgain, Wrong, hedge
 from teachers.information import Bits, Gain, Information
 from teachers.oracles.bandits import Among, Avoid, Pull, PulledPoor
 from teachers.oracles.gridworld.claims import Go, Map
@@ -73,6 +73,26 @@ def test_what_is_true_in_no_world_says_at_least_so_much_and_is_not_believed():
     assert f"{impossible}" == "at least 6.1 bits"
     assert possible.held > 0
     assert possible.worlds == 256
+
+
+def test_a_reward_that_says_nothing_saves_nothing():
+    world, information, moment = opened("gridworld", map=True)
+    after = acted(world, information, moment, 0)
+    (bits,) = heard(information, Reward(reward=after.reward), turn=1)
+    assert (bits.bits, bits.saved) == (0, 0)
+
+
+def test_worlds_that_are_drawn_anew_save_nothing_by_luck():
+    """Without news each of ten arms is as good; by the worlds that choose it, the best seems better by .28."""
+    saved = []
+    for seed in range(60):
+        _, information, _ = opened("bandits", seed, worlds=32, **GAUSSIAN)
+        information.worlds()
+        best = information._best(information._pool)
+        information._begin()
+        information.worlds()
+        saved.append(information._saved_by_others(best))
+    assert abs(np.mean(saved)) < 0.1
 
 
 def test_a_reward_that_was_said_is_known_from_then_on():
@@ -187,9 +207,21 @@ def test_contradictions_leave_no_world_and_say_so():
     _, information, _ = opened("bandits", worlds=20, **GAUSSIAN)
     information._heard = [(Pull(action=0), 0, 0), (Avoid(action=0), 0, 0)]
     (bits,) = heard(information, Pull(action=1))
-    assert (bits.bits, bits.worlds, f"{bits}") == (None, 0, "unknown")
+    assert (bits.bits, bits.worlds, f"{bits}") == (None, 0, "bits unknown")
     assert bits.why == "what was heard is true in none of 800 drawn worlds"
-    assert Gain.of(Atom(Pull(action=1), "Pull it.", 0), bits) == Gain(unknown=1)
+    assert Gain.of("Pull it.", bits) == Gain(unknown=1)
+
+
+def test_by_too_few_worlds_nothing_is_measured():
+    """One world in which all holds would say that each claim is known already."""
+    world, information, _ = opened("bandits", seed=5, worlds=100, **GAUSSIAN)
+    best = world.truth.best[0]
+    assert heard(information, Pull(action=best), Pull(action=best))[1].bits == 0
+    information._pool, information._left = information._pool[:3], 0
+    bits, again = heard(information, Avoid(action=(best + 1) % 10), Avoid(action=(best + 1) % 10))
+    assert (bits.bits, bits.worlds) == (None, 0)
+    assert bits.why == "what was heard is true in 3 of 4,000 drawn worlds"
+    assert again.bits is None
 
 
 def test_what_is_seen_and_impossible_says_why():
@@ -211,8 +243,8 @@ def test_success_is_not_seen():
 
 
 def test_gains_add_up():
-    one = Gain.of(Atom(Pull(action=1), "Pull arm 1 now.", 0), Bits(8, 2, 0.5))
-    other = Gain.of(Atom(Pull(action=1), "Pull it.", 0), Bits(8, 8))
+    one = Gain.of("Pull arm 1 now.", Bits(8, 2, 0.5))
+    other = Gain.of("Pull it.", Bits(8, 8))
     both = one + other
     assert both == Gain(2, 0, 2.0, 0, 6, 1, 2.0, 0.5)
     assert (both.bits_per_word, both.saved_per_bit) == (2 / 6, 0.25)
@@ -282,3 +314,42 @@ def test_every_environment_with_a_posterior_can_be_measured():
             world = entry.family.make_world(**{**entry.options, **entry.family.posterior_needs})
             world.reset(seed=0)
             assert isinstance(entry.family.make_information(world, 0, 4), Information)
+
+
+@pytest.mark.parametrize("p", [0.6, 0.9])
+def test_a_hedge_says_as_much_as_it_changes_what_is_probable(p):
+    """Of two arms one is best: the share of worlds goes from 1/2 to p, by 1 - H(p) bits."""
+    world, information, _ = opened("bandits", seed=1, worlds=2000, **FIXED)
+    claim = hedge(Pull(action=world.truth.best[0]), p)
+    (bits,) = heard(information, claim)
+    low, high = bits.interval
+    entropy = -p * math.log2(p) - (1 - p) * math.log2(1 - p)
+    assert low - 1e-9 <= bits.bits <= high + 1e-9
+    assert bits.bits == pytest.approx(1 - entropy, abs=0.06)
+    assert bits.saved == pytest.approx((2 * p - 1) * (bits.saved > 0), abs=0.1)
+    assert not bits.at_least
+    (flat,) = heard(information, claim.claim)
+    assert flat.held / flat.worlds == pytest.approx(p, abs=0.04)
+    assert flat.bits == pytest.approx(-math.log2(p), abs=0.1)
+
+
+def test_hedges_are_heard_in_later_turns_and_two_of_them_add_up():
+    world, information, moment = opened("bandits", seed=1, worlds=2000, **FIXED)
+    best = world.truth.best[0]
+    heard(information, hedge(Pull(action=best), 0.8), hedge(Avoid(action=1 - best), 0.8))
+    acted(world, information, moment, 0)
+    (flat,) = heard(information, Pull(action=best), turn=1)
+    assert flat.held / flat.worlds == pytest.approx(16 / 17, abs=0.03)  # odds of 4 times 4
+
+
+def test_what_no_world_has_is_believed_no_more_if_it_is_hedged():
+    _, information, _ = opened("bandits", **GAUSSIAN)
+    (bits,) = heard(information, hedge(Among(low=7, high=6), 0.9))
+    assert (bits.held, bits.bits, bits.at_least) == (0, 0, False)
+
+
+def test_the_interval_of_a_hedge_holds_the_bits_between_its_ends():
+    bits = Bits(256, 128, p=0.8)
+    low, high = bits.interval
+    assert low < bits.bits <= high
+    assert Bits(256, 64, p=0.999999).bits == pytest.approx(Bits(256, 64).bits, abs=1e-3)

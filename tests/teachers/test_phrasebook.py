@@ -16,7 +16,7 @@ from scipy.stats import chisquare
 from pz_envs.family import all_families
 from teachers import common
 from teachers.atoms import FP, HN, HP, SILENCE, Claim, FeedbackType, Verdict, claim, opposed, slots_of
-from teachers.common import Late, Reward, Solved, TryAgain
+from teachers.common import Late, Probably, Reward, Solved, TryAgain, hedge
 from teachers.oracle import claims_of
 from teachers.oracles.poem import PoemOracle
 from teachers.oracles.poem.claims import AvoidCount, AvoidLines, Count, LinesRight, Write, WrongLine, WrongNumber
@@ -77,12 +77,14 @@ def real_claims(name):
     """Claims that occur in play, up to 20 of each class, false counterparts included."""
     family = FAMILIES[name]
     found = {}
-    for environment in family.sampled or family.environments:
-        options = family.environments[environment]
+    worlds = [family.environments[environment] for environment in family.sampled or family.environments]
+    if "town" in family.options():
+        worlds.append({**family.environments[family.showcase[0]], "town": 1})
+    for options in worlds:
         pupil = Pupil(lambda options=options: family.make_world(**options), family.make_teacher, family.max_turns, 60)
         lab = pupil.make_world()
         for oracle, moment in pupil.judged():
-            claims = oracle.judge(moment)
+            claims = oracle.judge(moment) + oracle.clues(moment.after)
             if moment.turn == 0:
                 for type_ in oracle.instruction_types:
                     claims += oracle.brief(moment.after, type_, np.random.default_rng(0))
@@ -104,7 +106,7 @@ def test_shipped_phrases_word_every_claim_of_family_and_common(name, module):
 def test_every_template_of_every_claim_says_its_slots(name):
     phrasebook = book(name)
     for cls, templates in phrasebook.items():
-        if cls is Late:
+        if cls in (Late, Probably):
             continue
         for each in real_claims(name).get(cls) or (example(cls),):
             values = {slot: getattr(each, slot) for slot in slots_of(cls)}
@@ -463,6 +465,19 @@ def test_claims_of_numbers_and_members_come_again():
     assert cache_key(Turned)(Turned(times=2, kind_of=FeedbackType.HP, by=(1,))) == (2, FeedbackType.HP, (1,))
     for cls in (Steps, Done, Reward, Late):
         assert cache_key(cls) is None
+
+
+@pytest.mark.parametrize("voice", ["plain", "curt", "warm", "socratic"])
+def test_a_hedge_says_its_probability_and_its_claim_in_the_words_of_both(voice):
+    phrasebook = load_phrasebook("teachers.phrases:bandits.toml", FAMILIES["bandits"].oracle_class().__module__, voice)
+    claim, hedged = Solved(), hedge(Solved(), 0.8)
+    frames = phrasebook.templates(Probably)
+    both = {frame.format(percent=80, text=text) for frame in frames for text in phrasebook.sentences(claim)}
+    assert set(phrasebook.sentences(hedged)) == both
+    assert {atom.text for atom in say(phrasebook, [hedged] * 2000).atoms} == both
+    (atom,) = say(phrasebook, [Late(claim=hedged, turn=1)]).atoms
+    assert (atom.claim, atom.about_turn) == (hedged, 1)
+    assert any(atom.text.endswith(text) for text in both)
 
 
 def test_a_sentence_is_made_once_for_claims_that_come_again_and_not_for_ever():

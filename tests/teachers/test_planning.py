@@ -19,6 +19,7 @@ from teachers.planning import Exact, Expert, PlanningError, progress, survey
 from teachers.planning.exact.claims import Avoid, Dawdle, PoorlyChosen, Slower
 from teachers.testing import Pupil, check_oracle
 from worlds.wrapped.position import Position
+from worlds.wrapped.snapshots import copied
 
 
 def taxi():
@@ -172,7 +173,7 @@ def test_advice_arrives():
 @pytest.mark.parametrize(
     ("make", "match"),
     [
-        (lambda: gymnasium.make("CartPole-v1"), "no table of transitions `P`; .* too many to explore"),
+        (lambda: gymnasium.make("CartPole-v1"), "no table of transitions `P`; .* real numbers, which hardly recur"),
         (
             lambda: gymnasium.wrappers.TransformReward(lake(), lambda reward: 2 * reward - 1),
             "does not say what happens",
@@ -260,7 +261,7 @@ def test_states_are_read_from_the_environment(make):
 @pytest.mark.parametrize(
     ("make", "match"),
     [
-        (Drifting, "its state has real numbers, which hardly recur: the attribute 'notes'"),
+        (Drifting, "its state has real numbers in notes, which hardly recur"),
         (lambda: gymnasium.wrappers.FrameStackObservation(Walk(), 2), "the wrapper FrameStackObservation may have"),
     ],
 )
@@ -441,6 +442,51 @@ def test_a_state_that_truncates_the_episode_leads_nowhere():
 def test_small_chances_are_found_out():
     with pytest.raises(PlanningError, match="chance decides what actions do"):
         advice(False, 0.005)
+
+
+class Counted(Row):
+    """Counts its steps, which decides nothing."""
+
+    def reset(self, **options):
+        self.ticks = 0
+        return super().reset(**options)
+
+    def step(self, action):
+        self.ticks += 1
+        return super().step(action)
+
+
+def test_the_hint_for_an_environment_that_counts_steps_names_the_counter():
+    with pytest.raises(PlanningError, match=r"counts steps in ticks, .* if the count decides nothing, pass .*state=f"):
+        Lesson(Counted, Exact(states=20), max_turns=50)
+    plain = Lesson(Counted, Exact(state=lambda env: env.unwrapped.cell), max_turns=50)
+    assert plain.planned.size == "9 states"
+
+
+class Late(gymnasium.Env):
+    """Chance decides beyond 60 cells."""
+
+    observation_space, action_space = gymnasium.spaces.Discrete(100), gymnasium.spaces.Discrete(2)
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.cell = 0
+        return 0, {}
+
+    def step(self, action):
+        far = 2 if self.cell > 60 and self.np_random.random() < 0.3 else 1
+        self.cell = min(max(self.cell + (far if action else -1), 0), 99)
+        return self.cell, float(self.cell == 99), self.cell == 99, False, {}
+
+
+def test_chance_is_found_far_from_the_start():
+    with pytest.raises(PlanningError, match="chance decides what actions do"):
+        Lesson(Late, "exact", max_turns=200)
+
+
+def test_a_table_of_transitions_is_not_copied():
+    env = taxi()
+    assert copied(env).unwrapped.P is env.unwrapped.P
 
 
 def test_a_clock_of_its_own_is_a_part_of_the_state():

@@ -71,7 +71,10 @@ def test_the_schema_names_every_claim_of_feedback(name):
         assert not cls.placebo
     only = vocabulary.schema([FP])["properties"]["claims"]["items"]["anyOf"]
     assert {vocabulary.classes[item["properties"]["type"]["const"]].kind for item in only} == {FP}
-    assert not {"Goal", "Answer", "TriedWell", "NotUnderstood", "Truism", "Late", "MayAsk"} & vocabulary.classes.keys()
+    assert (
+        not {"Goal", "Answer", "TriedWell", "NotUnderstood", "Truism", "Late", "MayAsk", "Probably", "BetterTurn"}
+        & vocabulary.classes.keys()
+    )
 
 
 def test_the_schema_has_enumerations_ranges_and_the_words_of_the_world():
@@ -134,6 +137,7 @@ MOMENT = Moment(None, Direction.EAST, 0.0, None, False, 1, False)
         ({"type": "Right", "action": "up"}, "Right.action must be one of north"),
         ({"type": "Example", "actions": []}, "Example.actions must be at least one action"),
         ({"type": "Example", "actions": ["up"]}, "Example.actions must be one of north"),
+        ({"type": "Better", "this": "north", "that": "up"}, "Better.that must be one of north"),
         ({"type": "Right", "action": [[[[[[]]]]]]}, "Right.action must be an action"),
     ],
 )
@@ -266,7 +270,7 @@ def test_no_claim_within_bounds_can_stop_a_lesson(name):
         for _ in range(4):
             properties = vocabulary.schema_of(type_)["properties"]
             data = {field: extremes(form, rng) for field, form in properties.items() if field != "type"}
-            data |= {"action": moment.action} if "action" in data else {}
+            data |= dict.fromkeys(data.keys() & {"action", "this", "that"}, moment.action)
             data |= {"actions": [moment.action] * 3} if "actions" in data else {}
             made = vocabulary.read({"claims": [{"type": type_, **data}]}, moment)
             assert made.claims, made.problems

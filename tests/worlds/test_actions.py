@@ -1,12 +1,13 @@
 """Actions of every kind of space in their canonical form, and observations as text."""
 
 import json
+import re
 
 import numpy as np
 import pytest
 from gymnasium import spaces
 
-from worlds.actions import canonical, format_value, native, syntax
+from worlds.actions import canonical, describe_space, format_value, native, syntax
 from worlds.wrapped.gym_world import same
 
 SPACES = [
@@ -118,3 +119,30 @@ def test_format_value(value, text):
 
 def test_a_large_array_is_shortened():
     assert len(format_value(np.zeros((210, 160, 3), np.uint8))) < 2000
+
+
+class Wishes(spaces.Space):
+    """Texts that a function makes: Gymnasium's own text of such a space has the function's address."""
+
+    def __repr__(self):
+        return f"Wishes({object()})"
+
+    def sample(self, mask=None, probability=None):
+        return f"wish {self.np_random.integers(9)}"
+
+
+class Secrets(Wishes):
+    def sample(self, mask=None, probability=None):
+        raise RuntimeError
+
+
+def test_a_space_is_described_without_addresses():
+    wishes = Wishes(seed=1)
+    drawn = Wishes(seed=1).sample()
+    both = spaces.Dict(a=spaces.Discrete(2), b=spaces.Tuple([wishes, Secrets(), spaces.Box(0, 1, (2,))]))
+    said = describe_space(both)
+    assert re.fullmatch(
+        r"Dict\('a': Discrete\(2\), 'b': Tuple\(Wishes, such as 'wish \d', Secrets, Box\(.*\)\)\)", said
+    )
+    assert describe_space(both) == said
+    assert wishes.sample() == drawn

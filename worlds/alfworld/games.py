@@ -51,6 +51,8 @@ class Game(NamedTuple):
     """Facts at the start that actions may change."""
     problem: str
     """The problem in PDDL."""
+    law: tuple[tuple[str, str], ...] = ()
+    """For each type of object, the type of receptacle in which the town keeps it; empty without a town."""
 
 
 def goal_pddl(task: str, words: dict[str, str]) -> str:

@@ -1,6 +1,8 @@
 """Games generated from a seed: a task, a floor plan that allows it, and places of objects."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,13 +29,17 @@ _COPIES = (1, 1, 2, 3)  # of an object, drawn uniformly
 _UNIT = tuple(step / 1000 for step in range(1000))
 
 
-def make(rng: np.random.Generator, task: str, split: str) -> Game:
+_NO_LAW: Mapping[str, str] = MappingProxyType({})
+
+
+def make(rng: np.random.Generator, task: str, split: str, law: Mapping[str, str] = _NO_LAW) -> Game:
     """Generate a game.
 
     Args:
         rng: random generator.
         task: type of the task; empty: any.
         split: split of the floor plans.
+        law: for each type of object, the type of receptacle in which a town keeps it; empty without a town.
     """
     draws = iter(rng.random(_DRAWS).tolist())
 
@@ -45,11 +51,33 @@ def make(rng: np.random.Generator, task: str, split: str) -> Game:
     errand = pick(errands(here.number, task))
     lying: dict[str, Lying] = {}
     for kind, (where, counts) in placements(here, task, errand).items():
+        where = kept(where, law.get(kind.lower(), ""))
         count = pick(counts) if len(counts) > 1 else counts[0]
         for _ in range(count if where else 0):
             put(lying, kind, pick(where), pick)
     start = begin(here, pick)
-    return furnished(here, task, errand, pick(tasks()[task].templates), lying, start)
+    game = furnished(here, task, errand, pick(tasks()[task].templates), lying, start)
+    return game._replace(law=tuple(law.items())) if law else game
+
+
+def draw_law(rng: np.random.Generator) -> dict[str, str]:
+    """The law of a town: for each type of object one of the `keepers`."""
+    return {kind: places[rng.integers(len(places))] for kind, places in keepers().items()}
+
+
+@cache
+def keepers() -> dict[str, tuple[str, ...]]:
+    """For each type of object that can be carried, the types of receptacles that may hold it; all in lower case."""
+    holds = things().holds
+    return {
+        kind.lower(): tuple(sorted(holder.lower() for holder, held in holds.items() if kind in held))
+        for kind in sorted(portable())
+    }
+
+
+def kept(where: tuple[Receptacle, ...], place: str) -> tuple[Receptacle, ...]:
+    """Those receptacles that are of the type in which a town keeps an object; all, if none is."""
+    return tuple(each for each in where if each.type.lower() == place) or where
 
 
 Errand = tuple[str, str, str]

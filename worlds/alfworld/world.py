@@ -10,11 +10,12 @@ import numpy as np
 
 from worlds.alfworld.exact import ExactEngine
 from worlds.alfworld.games import SPLITS, TASKS, Fact, Game
-from worlds.alfworld.generated import make
+from worlds.alfworld.generated import draw_law, make
 from worlds.alfworld.official import drawn, files, read
 from worlds.alfworld.shipped import installed, package
 from worlds.alfworld.stock import StockEngine
 from worlds.spaces import Prose
+from worlds.towns import town_stream
 from worlds.world import World, illegal
 
 ENGINES = {"exact": ExactEngine, "textworld": StockEngine}
@@ -63,6 +64,8 @@ class Alfworld(World[Truth, str, str]):
             `generated`: made from a seed and the shipped floor plans; `auto`: official if there are such files.
         oracle: facts that the teacher's oracle uses: `planner`, all of them, or `explorer`, those that were observed.
         engine: `exact`, or `textworld`, the original, which is equal and about a thousand times slower.
+        town: number of a town, at least 0, in whose houses objects of a type are kept in receptacles of one type,
+            where a house has such receptacles; for generated games. None: objects are anywhere.
 
     Official games and TextWorld's engine require the extra `alfworld`.
 
@@ -88,9 +91,12 @@ class Alfworld(World[Truth, str, str]):
         oracle: str = "planner",
         engine: str = "exact",
         *,
+        town: int | None = None,
         render_mode: str | None = None,
     ) -> None:
-        super().__init__(render_mode=render_mode, task=task, split=split, games=games, oracle=oracle, engine=engine)
+        super().__init__(
+            render_mode=render_mode, task=task, split=split, games=games, oracle=oracle, engine=engine, town=town
+        )
         _check("task", task, ("", *TASKS))
         _check("split", split, SPLITS)
         _check("games", games, SOURCES)
@@ -104,6 +110,11 @@ class Alfworld(World[Truth, str, str]):
                 f" {split!r}; run `alfworld-download`, which pip install 'llf-teacher[alfworld]' brings, or allow"
                 " games='generated'"
             )
+        rng = town_stream("alfworld", town)
+        if rng and self._files:
+            raise ValueError(f"town must be None for official games, got {town!r}; towns need games='generated'")
+        self.law = draw_law(rng) if rng else {}
+        """For each type of object, the type of receptacle in which it is kept; empty without a town."""
         if self._files or engine == "textworld":
             package()
         self.observation_space = Prose(max_length=16_384)
@@ -217,6 +228,8 @@ class Alfworld(World[Truth, str, str]):
         """The game of a file; None without a path."""
         if path is None:
             return None
+        if self.law:
+            raise ValueError("option 'game' must be None in a town, whose games are generated")
         if not isinstance(path, str | os.PathLike):
             raise ValueError(f"option 'game' must be the path of a game file, got {path!r}")
         game = read(Path(path))
@@ -227,7 +240,7 @@ class Alfworld(World[Truth, str, str]):
     def _draw(self) -> Game:
         if self._files:
             return drawn(self.np_random, self._files)
-        return make(self.np_random, self.options["task"], self.options["split"])
+        return make(self.np_random, self.options["task"], self.options["split"], self.law)
 
 
 def _check(name: str, value: Any, allowed: tuple[str, ...]) -> None:

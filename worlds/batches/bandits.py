@@ -30,6 +30,8 @@ class BanditBatch(WorldBatch[Truth, State]):
     states: ClassVar[int | None] = 1
 
     def __init__(self, world: Bandit, rows: int) -> None:
+        if world.law:
+            raise ValueError("arms with looks, as with town=..., have no arrays; set vectorization_mode='sync'")
         super().__init__(world, rows)
         nothing = np.zeros((rows, world.arms))
         self.state = _state(nothing, nothing)

@@ -15,6 +15,7 @@ from worlds.gridworld import (
     Layout,
     Truth,
     distances_from,
+    kind_of,
     look_around,
     names_of,
     view_of,
@@ -123,7 +124,7 @@ class GridworldBatch(WorldBatch[Truth, State]):
         houses.distance[here] = distance
         houses.compass[here] = [look_around(room, doors, distance)[1] for room in rooms]
         houses.views[here] = [np.concatenate(view_of(layout, room, things)) for room in rooms]
-        houses.types[here] = [self._types[name.rpartition("-")[0]] for name in layout.names]
+        houses.types[here] = [self._types[kind_of(name)] for name in layout.names]
 
     def truth(self, state: State, row: int) -> Truth:
         """The room, and the house as the tables have it."""
@@ -141,7 +142,8 @@ class GridworldBatch(WorldBatch[Truth, State]):
         ]
         names = names_of([kinds[number] for number in self.houses.types[here].tolist()])
         treasure = int(self.houses.distance[here].argmin())
-        return Truth(place - base, bool(state.found[row]), Layout(doors, names, tuple(objects), treasure))
+        layout = Layout(doors, names, tuple(objects), treasure, self.world.law)
+        return Truth(place - base, bool(state.found[row]), layout)
 
     def advance(self, actions: npt.NDArray[Any], rows: Rows, draws: Streams) -> Outcome:
         """Move through the doors."""

@@ -2,7 +2,7 @@
 
 from functools import lru_cache
 from math import comb
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -55,13 +55,52 @@ class Profile(NamedTuple):
         )
 
 
+FIELDS = dict(zip(ATTRIBUTES, Profile._fields, strict=True))
+"""Per attribute the field of a profile."""
+
+
+class Taste(NamedTuple):
+    """A wish that the user of a town has, and leaves out of each request."""
+
+    attribute: str
+    """One of `ATTRIBUTES`."""
+    wish: Any
+    """The value of its field in a `Profile`."""
+
+    @classmethod
+    def of(cls, profile: Profile, attribute: str) -> "Taste":
+        """The wish of a user."""
+        return cls(attribute, getattr(profile, FIELDS[attribute]))
+
+
+def draw_user(rng: np.random.Generator, taste: Taste) -> Profile | None:
+    """Draw a user who has this taste, and leaves it out; None: draw again.
+
+    The others have the probability that they have among all users who are drawn without regard to it: of several
+    wishes each is as likely to be left out, so that a user of many wishes leaves out this one less often.
+    """
+    drawn = _draw(rng)._replace(**{FIELDS[taste.attribute]: taste.wish})
+    profile = _suited(drawn)
+    fits = (profile == drawn or taste.attribute != AGE) and rng.random() * len(profile.wishes) < 1
+    return profile if fits else None
+
+
 def draw_profile(rng: np.random.Generator) -> Profile:
     """Draw a user's wishes: a type, up to two periods and genres each, and an age group that suits the genres."""
+    return _suited(_draw(rng))
+
+
+def _draw(rng: np.random.Generator) -> Profile:
     series = bool(rng.integers(2))
     periods = rng.permutation(len(PERIODS))[: rng.integers(3)]
     genres = rng.permutation(len(GENRES))[: rng.integers(3)]
     age = int(rng.integers(len(AGE_NAMES))) if rng.random() >= _NO_AGE else -1
-    profile = Profile(series, tuple(sorted(periods.tolist())), tuple(sorted(genres.tolist())), age)
+    return Profile(series, tuple(sorted(periods.tolist())), tuple(sorted(genres.tolist())), age)
+
+
+def _suited(profile: Profile) -> Profile:
+    """The profile without an age group that does not suit the genres."""
+    age = profile.age
     if age >= 0 and not _UNFIT[age].isdisjoint(GENRES[genre] for genre in profile.genres):
         return profile._replace(age=-1)
     return profile

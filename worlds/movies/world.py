@@ -9,8 +9,9 @@ from gymnasium import spaces
 
 from worlds.movies.answers import MAX_LENGTH, MAX_TITLE, MAX_TITLES, answer_of, canonical, titles_of
 from worlds.movies.catalogue import GENRES, PERIODS, Catalogue, Item, load_catalogue
-from worlds.movies.users import AGE, AGE_NAMES, GENRE, TYPE, YEAR, Profile, draw_profile
+from worlds.movies.users import AGE, AGE_NAMES, GENRE, TYPE, YEAR, Profile, Taste, draw_profile, draw_user
 from worlds.spaces import Prose
+from worlds.towns import town_stream
 from worlds.world import World, illegal
 
 LEAST_MATCHES = 3
@@ -28,6 +29,8 @@ class Truth(NamedTuple):
     """Indices of the phrases that open and close the request."""
     answer: str
     """The last list of titles, in canonical form; empty at the start."""
+    law: Taste | None = None
+    """What the user of the town leaves out of each request; None without a town."""
 
 
 class Movies(World[Truth, dict[str, Any], str]):
@@ -45,6 +48,7 @@ class Movies(World[Truth, dict[str, Any], str]):
         catalogue: path of a catalogue made by `catalogue.importing.import_catalogue`; None: the shipped one.
         max_items: number of titles, from the first on, that feedback treats individually, 0 to 100; it only counts
             the others. None: all. The reward counts all titles.
+        town: number of a town, at least 0, whose user leaves the same wish out of each request; None: any wish.
 
     Raises:
         ValueError: the file is not a catalogue, or has fewer than three titles of each type; or `max_items` is not
@@ -61,9 +65,14 @@ class Movies(World[Truth, dict[str, Any], str]):
     )
 
     def __init__(
-        self, catalogue: str | None = None, max_items: int | None = None, *, render_mode: str | None = None
+        self,
+        catalogue: str | None = None,
+        max_items: int | None = None,
+        *,
+        town: int | None = None,
+        render_mode: str | None = None,
     ) -> None:
-        super().__init__(render_mode=render_mode, catalogue=catalogue, max_items=max_items)
+        super().__init__(render_mode=render_mode, catalogue=catalogue, max_items=max_items, town=town)
         if max_items is not None and (type(max_items) is not int or not 0 <= max_items <= MAX_TITLES):
             raise ValueError(f"max_items must be None or a whole number from 0 to {MAX_TITLES}, got {max_items!r}")
         self.max_items: int = MAX_TITLES if max_items is None else max_items
@@ -71,6 +80,10 @@ class Movies(World[Truth, dict[str, Any], str]):
         self.catalogue: Catalogue = load_catalogue(catalogue)
         if not any(self._enough(Profile(series)) for series in (False, True)):
             raise ValueError(f"the catalogue {catalogue!r} has fewer than {LEAST_MATCHES} titles of each type")
+        rng = town_stream("movies", town)
+        self._user = self._draw(rng) if rng else None
+        self.law = self._user and Taste.of(*self._user)
+        """What the user leaves out of each request; None without a town."""
         self.observation_space = spaces.Dict(
             {
                 "type": spaces.Discrete(3),
@@ -88,6 +101,14 @@ class Movies(World[Truth, dict[str, Any], str]):
         """Draw a user whose wishes at least three titles meet."""
         super().reset(seed=seed, options=options)
         rng = self.np_random
+        user, law = self._user, self.law
+        profile, unsaid = self._draw_again(rng, user, law) if user and law else self._draw(rng)
+        manner = int(rng.integers(len(_OPENINGS))), int(rng.integers(len(_CLOSINGS)))
+        self._load(Truth(profile, unsaid, manner, "", law))
+        return self.observe(), {"success": False}
+
+    def _draw(self, rng: np.random.Generator) -> tuple[Profile, str]:
+        """A user, and the attribute that the request leaves out."""
         for _ in range(_DRAWS):
             profile = draw_profile(rng)
             if self._enough(profile):
@@ -95,10 +116,15 @@ class Movies(World[Truth, dict[str, Any], str]):
         else:
             profile = Profile(not self._enough(Profile(False)))
         wishes = tuple(profile.wishes)
-        unsaid = wishes[rng.integers(len(wishes))]
-        manner = int(rng.integers(len(_OPENINGS))), int(rng.integers(len(_CLOSINGS)))
-        self._load(Truth(profile, unsaid, manner, ""))
-        return self.observe(), {"success": False}
+        return profile, wishes[rng.integers(len(wishes))]
+
+    def _draw_again(self, rng: np.random.Generator, user: tuple[Profile, str], law: Taste) -> tuple[Profile, str]:
+        """The user of the town, with other wishes beside the one that stays."""
+        for _ in range(_DRAWS):
+            profile = draw_user(rng, law)
+            if profile and self._enough(profile):
+                return profile, law.attribute
+        return user
 
     @property
     def truth(self) -> Truth:
@@ -118,8 +144,8 @@ class Movies(World[Truth, dict[str, Any], str]):
 
     def advance(self, action: str) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
         """Look up the titles and judge them."""
-        profile, unsaid, manner, _ = self._truth
-        self._truth = Truth(profile, unsaid, manner, action)
+        profile, unsaid, manner, _, law = self._truth
+        self._truth = Truth(profile, unsaid, manner, action, law)
         reward = reward_of(self.catalogue.look_up(titles_of(action)), profile.wishes.values())
         return self.observe(), reward, False, False, {"success": reward == 0.0}
 

@@ -21,7 +21,7 @@ class MoviesPicture(Picture[Truth, Movies]):
 
     def draw(self, canvas: Canvas, sight: Sight[Truth]) -> None:
         """Draw the stated wishes and the first titles; the unstated wish only if privileged."""
-        theme, (profile, unsaid, _, answer) = canvas.theme, sight.now
+        theme, (profile, unsaid, _, answer, _) = canvas.theme, sight.now
         wishes = [each for each in ATTRIBUTES if each in profile.wishes and (sight.privileged or each != unsaid)]
         y = 20.0
         for wish in wishes:

@@ -5,7 +5,7 @@ the generator, the observations, its own actions, and those rewards that were sa
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import islice
 from types import MappingProxyType
 from typing import Any, ClassVar, Generic
@@ -53,6 +53,10 @@ class Posterior(ABC, Generic[TruthT, WorldT]):
     def openings(self, turns: Sequence[WorldTurn[TruthT]], rng: np.random.Generator) -> Iterator[TruthT]:
         """Truths at the opening, without end, each drawn independently given the turns; arguments as in `draws`."""
 
+    def odds(self, turns: Sequence[WorldTurn[TruthT]]) -> Sequence[tuple[TruthT, float]]:
+        """Every truth of `openings` with its probability, where they are few; none where they have to be drawn."""
+        return ()
+
     @abstractmethod
     def quantities(self, turns: Sequence[WorldTurn[TruthT]]) -> dict[str, float]:
         """Numbers that depend on what is hidden, for calibration; some depend also on what was seen.
@@ -61,7 +65,12 @@ class Posterior(ABC, Generic[TruthT, WorldT]):
         Simulation-based calibration checking for Bayesian computation.
         """
 
-    def draws(self, turns: Sequence[WorldTurn[TruthT]], rng: np.random.Generator) -> Iterator[Draw[TruthT]]:
+    def draws(
+        self,
+        turns: Sequence[WorldTurn[TruthT]],
+        rng: np.random.Generator,
+        beside: Sequence[WorldTurn[TruthT]] = (),
+    ) -> Iterator[Draw[TruthT]]:
         """The same turns in other worlds, without end, each drawn independently with its probability given the turns.
 
         The actions and the known rewards are the same. Other rewards, and successes, are those of the drawn world.
@@ -69,17 +78,19 @@ class Posterior(ABC, Generic[TruthT, WorldT]):
         Args:
             turns: what happened, the opening first. Only what the student saw decides which worlds are drawn.
             rng: draws the worlds.
+            beside: turns of somebody else in the same world, from the same opening, with which they agree, too. Then no
+                reward of `turns` may be known if the world is `chancy`.
 
         Raises:
             NoWorldError: no world agrees, or `tries` worlds in a row were rejected.
         """
-        wanted = () if self.exact else tuple(seen(self.lab, each.truth) for each in turns)
+        fits = self._fitting(turns, rng, beside)
         known: dict[TruthT, Draw[TruthT]] = {}
         rejected = 0
-        for opening in self.openings(turns, rng):
+        for opening in self.openings(beside or turns, rng):
             drawn = known.get(opening) if self.exact and not self.chancy else None
             if drawn is None:
-                drawn = self._play(opening, turns, wanted, rng)
+                drawn = fits(opening)
                 if drawn is None:
                     rejected += 1
                     if rejected == self.tries:
@@ -90,7 +101,39 @@ class Posterior(ABC, Generic[TruthT, WorldT]):
             rejected = 0
             yield drawn
 
-    def take(self, turns: Sequence[WorldTurn[TruthT]], rng: np.random.Generator, count: int) -> list[Draw[TruthT]]:
+    def every(
+        self, turns: Sequence[WorldTurn[TruthT]], beside: Sequence[WorldTurn[TruthT]] = ()
+    ) -> list[tuple[Draw[TruthT], float]]:
+        """All worlds of `draws`, each with its probability, where `odds` has them; none where they have to be drawn."""
+        fits = self._fitting(turns, np.random.default_rng(0), beside)  # where chance decides there are no odds
+        found = [(draw, odds) for opening, odds in self.odds(beside or turns) if (draw := fits(opening)) is not None]
+        total = sum(odds for _, odds in found)
+        return [(draw, odds / total) for draw, odds in found]
+
+    def _fitting(
+        self, turns: Sequence[WorldTurn[TruthT]], rng: np.random.Generator, beside: Sequence[WorldTurn[TruthT]]
+    ) -> Callable[[TruthT], Draw[TruthT] | None]:
+        """A function that gives the turns in the world of an opening, or None if it does not agree; as in `draws`."""
+        played = turns, *([beside] if beside and not self.exact else [])
+        checked = [(each, () if self.exact and not beside else self._shown(each)) for each in played]
+
+        def fits(opening: TruthT) -> Draw[TruthT] | None:
+            drawn = [self._play(opening, each, wanted, rng) for each, wanted in checked]
+            return None if None in drawn else drawn[0]
+
+        return fits
+
+    def _shown(self, turns: Sequence[WorldTurn[TruthT]]) -> tuple[Any, ...]:
+        """What the student sees in these turns."""
+        return tuple(seen(self.lab, each.truth) for each in turns)
+
+    def take(
+        self,
+        turns: Sequence[WorldTurn[TruthT]],
+        rng: np.random.Generator,
+        count: int,
+        beside: Sequence[WorldTurn[TruthT]] = (),
+    ) -> list[Draw[TruthT]]:
         """So many of `draws`.
 
         Raises:
@@ -98,7 +141,7 @@ class Posterior(ABC, Generic[TruthT, WorldT]):
         """
         found: list[Draw[TruthT]] = []
         try:
-            found.extend(islice(self.draws(turns, rng), count))
+            found.extend(islice(self.draws(turns, rng, beside), count))
         except NoWorldError as error:
             raise NoWorldError(f"{error}; {len(found)} of {count} worlds were drawn") from None
         return found

@@ -1,6 +1,6 @@
 """Posterior of ALFWorld: generated houses, whose objects are drawn for each type by itself, by rejection."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence, Set
 from functools import cache
 from math import factorial, prod
 from typing import Any, NamedTuple
@@ -11,7 +11,17 @@ from worlds.alfworld import Alfworld, Truth
 from worlds.alfworld.exact import AGENT, KNIVES, ExactEngine
 from worlds.alfworld.facts import tasks, things
 from worlds.alfworld.games import Game
-from worlds.alfworld.generated import Errand, Lying, Placement, begin, furnished, placements, put
+from worlds.alfworld.generated import (
+    Errand,
+    Lying,
+    Placement,
+    begin,
+    furnished,
+    keepers,
+    kept,
+    placements,
+    put,
+)
 from worlds.alfworld.house import house_of, names
 from worlds.alfworld.plans import Plan, Receptacle, errands, name, plan, plans_for, portable
 from worlds.posteriors import NoWorldError, Posterior
@@ -56,7 +66,7 @@ class _Found(NamedTuple):
 
 
 class _Kind(NamedTuple):
-    """How objects of a type are placed, given what was found of them."""
+    """A way in which objects of a type are placed, given what was found of them."""
 
     kind: str
     placement: Placement
@@ -66,18 +76,24 @@ class _Kind(NamedTuple):
     """The other receptacles that may hold them."""
     odds: tuple[float, ...]
     """Per possible number of objects, its probability together with that of as many in each cell as were found."""
+    laws: tuple[str, ...]
+    """The types of receptacles for which this is the way, if a town keeps the objects there; empty without a town."""
 
 
 class _House(NamedTuple):
     """A floor plan, and how its objects are placed, given what was found."""
 
     here: Plan
-    kinds: tuple[_Kind, ...]
+    kinds: tuple[tuple[_Kind, ...], ...]
+    """The ways for each type of object."""
     odds: float
 
 
 class AlfworldPosterior(Posterior[Truth, Alfworld]):
-    """Where objects lie in places that have not been looked into, and how many there are."""
+    """Where objects lie in places that have not been looked into, and how many there are.
+
+    In a town, whose law a student does not know, objects of a type are placed in one of several ways.
+    """
 
     needs = {"games": "generated"}  # noqa: RUF012 (a ClassVar in the base)
     exact = False
@@ -89,6 +105,8 @@ class AlfworldPosterior(Posterior[Truth, Alfworld]):
                 "ALFWorld's official games have no posterior: how their houses were furnished is not known; pass "
                 "games='generated'"
             )
+        if lab.law:
+            self.tries *= 10  # type: ignore[misc]  # a law that is improbable may be the only one that agrees
 
     def openings(self, turns: Sequence[WorldTurn[Truth]], rng: np.random.Generator) -> Iterator[Truth]:
         """Draw the floor plan, and the objects of each type until they agree with what was found of that type.
@@ -106,16 +124,23 @@ class AlfworldPosterior(Posterior[Truth, Alfworld]):
         while left:
             house = houses[dice.weigh(odds)]
             lying: dict[str, Lying] = {}
-            for kind in house.kinds:
-                drawn = next((each for _ in range(tries) if (each := _strewn(kind, dice)) is not None), None)
-                if drawn is None:
+            law = {kind: dice.pick(places) for kind, places in keepers().items()} if game.law else {}
+            for ways in house.kinds:
+                for _ in range(tries):
+                    way = ways[dice.weigh([sum(each.odds) for each in ways])] if len(ways) > 1 else ways[0]
+                    if (drawn := _strewn(way, dice)) is not None:
+                        break
+                else:
                     left -= 1
                     break
                 lying |= drawn
+                if way.laws:
+                    law[way.kind.lower()] = dice.pick(way.laws)
             else:
                 left = self.tries - missed
                 start = begin(house.here, dice.pick)
                 made = furnished(house.here, game.task, errand, template, lying, start)
+                made = made._replace(law=tuple(law.items()))
                 yield Truth(made.start, ExactEngine(made).intro(), False, made)
         raise NoWorldError(f"{self.tries:,} draws in a row do not agree with what was found of some type of object")
 
@@ -128,7 +153,7 @@ class AlfworldPosterior(Posterior[Truth, Alfworld]):
             for number in plans_for(game.task, self.lab.options["split"])
             if list(_called(number).values()) == places and errand in errands(number, game.task)
         ]
-        known = (_house(number, game.task, errand, found) for number in plans)
+        known = (_house(number, game.task, errand, found, bool(game.law)) for number in plans)
         return [each for each in known if each.odds > 0]
 
     def quantities(self, turns: Sequence[WorldTurn[Truth]]) -> dict[str, float]:
@@ -147,6 +172,18 @@ class AlfworldPosterior(Posterior[Truth, Alfworld]):
             "wanted objects where nobody was": sum(house.place[places[each]] not in been for each in wanted),
             "objects where somebody was": len(near),
             "objects in what can be shut there": sum(place in house.openable for place in near),
+            **self._quantities_of_law(game, been),
+        }
+
+    def _quantities_of_law(self, game: Game, been: Set[str]) -> dict[str, float]:
+        if not game.law:
+            return {}
+        house, law = house_of(game), dict(game.law)
+        place = law[game.target]
+        fitting = [each for each in house.place if house.type[each] == f"{place}type"]
+        return {
+            "law for the wanted objects": keepers()[game.target].index(place),
+            "places for them where nobody was": sum(house.place[each] not in been for each in fitting),
         }
 
 
@@ -227,31 +264,57 @@ def _found(turns: Sequence[WorldTurn[Truth]]) -> _Found:
     return _Found(frozenset(listed), frozenset(reached), frozenset(passed), frozenset(cut), numbers)
 
 
-def _house(number: int, task: str, errand: Errand, found: _Found) -> _House:
-    """A floor plan given what was found; its odds are 0 if that cannot be."""
+def _house(number: int, task: str, errand: Errand, found: _Found, lawful: bool) -> _House:
+    """A floor plan given what was found, in a town or not; its odds are 0 if that cannot be."""
     here = plan(number)
     known = {kind.lower(): (kind, each) for kind, each in placements(here, task, errand).items()}
     missing = {kind: (kind, Placement((), (0,))) for kind in found.numbers if kind not in known}
-    kinds = [_kind(here, kind, each, found.cells(low)) for low, (kind, each) in (known | missing).items()]
-    odds = prod((sum(each.odds) for each in kinds), start=1 / len(errands(number, task)))
-    return _House(here, tuple(sorted(kinds, key=lambda each: not each.known)), odds)
+    kinds = [_ways(here, kind, each, found.cells(low), lawful) for low, (kind, each) in (known | missing).items()]
+    odds = prod((sum(sum(each.odds) for each in ways) for ways in kinds), start=1 / len(errands(number, task)))
+    return _House(here, tuple(sorted(kinds, key=lambda ways: not any(each.known for each in ways))), odds)
 
 
-def _kind(here: Plan, kind: str, placement: Placement, cells: Mapping[_Cell, frozenset[int]]) -> _Kind:
-    """How objects of a type are placed, given what was found of it."""
+def _ways(
+    here: Plan, kind: str, placement: Placement, cells: Mapping[_Cell, frozenset[int]], lawful: bool
+) -> tuple[_Kind, ...]:
+    """The ways in which objects of a type are placed, given what was found of it: in a town, one for each law.
+
+    Laws by which a type of receptacle is used that the house does not have are all one way.
+    """
+    ways: dict[tuple[Receptacle, ...], list[str]] = {}
+    laws = keepers().get(kind.lower(), ()) if lawful else ()
+    for place in laws or ("",):
+        ways.setdefault(kept(placement.where, place), []).append(place)
+    return tuple(
+        _kind(here, kind, placement._replace(where=where), cells, tuple(places) if laws else (), len(places))
+        for where, places in ways.items()
+    )
+
+
+def _kind(
+    here: Plan,
+    kind: str,
+    placement: Placement,
+    cells: Mapping[_Cell, frozenset[int]],
+    laws: tuple[str, ...],
+    weight: int,
+) -> _Kind:
+    """A way in which objects of a type are placed, given what was found of it; its odds have this weight."""
     where, counts = placement
     named = {_called(here.number)[here.pddl[each.id].lower()]: each for each in where}
     known = tuple((tuple(named[each] for each in cell if each in named), numbers) for cell, numbers in cells.items())
     unknown = tuple(each for place, each in named.items() if not any(place in cell for cell in cells))
     seen = sum(len(numbers) for _, numbers in known)
+    greatest = max((number for _, numbers in known for number in numbers), default=0)
     odds = []
     for count in counts if where else (0,):
         others = count - seen
-        odds.append(0.0 if others < 0 else factorial(count) / factorial(others) / len(counts))
+        # There are at least as many as the greatest number that was found.
+        odds.append(weight * factorial(count) / factorial(others) / len(counts) if count >= greatest else 0.0)
         for share, number in ((len(unknown), max(others, 0)), *((len(cell), len(numbers)) for cell, numbers in known)):
             odds[-1] *= (share / max(len(where), 1)) ** number
         odds[-1] /= prod(factorial(len(numbers)) for _, numbers in known)
-    return _Kind(kind, placement, tuple(each for each in known if each[0]), unknown, tuple(odds))
+    return _Kind(kind, placement, tuple(each for each in known if each[0]), unknown, tuple(odds), laws)
 
 
 def _strewn(kind: _Kind, dice: _Dice) -> dict[str, Lying] | None:

@@ -1,4 +1,4 @@
-"""Posterior of bandits: exact, by conjugate distributions of each arm, or over the orders of given arms."""
+"""Posterior of bandits: exact, by conjugate distributions of each arm, over orders of given arms, and over laws."""
 
 import math
 from collections.abc import Callable, Iterator, Sequence
@@ -7,8 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from scipy.special import betainc, betaincinv, ndtr, ndtri
 
-from worlds.bandits import Bandit, Truth
+from worlds.bandits import LAWS, LEVELS, Bandit, Truth, levels_of
 from worlds.posteriors import NoWorldError, Posterior
 from worlds.world import WorldTurn
 
@@ -59,6 +60,45 @@ _FREE: dict[str, _Draw] = {
 """Draws chances and payouts, shape (worlds, arms), where each arm is drawn by itself."""
 
 
+class Known(NamedTuple):
+    """What is known of the chances or payouts of arms, but for levels."""
+
+    cdf: Callable[[_Numbers], _Numbers]
+    """The probability that a number is below such a share of all that may be drawn; shapes (..., arms)."""
+    ppf: Callable[[_Numbers], _Numbers]
+    """The number below which one is with such a probability."""
+
+
+def _known_chances(seen: Seen) -> Known:
+    rest = seen.pulls - seen.paid
+    return Known(lambda x: betainc(1 + seen.paid, 1 + rest, x), lambda p: betaincinv(1 + seen.paid, 1 + rest, p))
+
+
+def _known_payouts(seen: Seen) -> Known:
+    paid = seen.paid > 0
+    return Known(lambda x: np.where(paid, seen.last < x, x), lambda p: np.where(paid, seen.last, p))
+
+
+def _known_gaussian(seen: Seen) -> Known:
+    precision = 1 + seen.pulls
+    mean, scale = seen.total / precision, precision**-0.5
+    return Known(lambda x: ndtr((ndtri(x) - mean) / scale), lambda p: mean + scale * ndtri(p))
+
+
+def _known_ones(seen: Seen) -> Known:
+    """What is always 1, at each level."""
+    return Known(lambda x: x, np.ones_like)
+
+
+_LEVELLED: dict[str, tuple[Callable[[Seen], Known], Callable[[Seen], Known]]] = {
+    "TenArmedGaussian": (_known_ones, _known_gaussian),
+    "TenArmedRandomFixed": (_known_chances, _known_ones),
+    "TenArmedRandomRandom": (_known_chances, _known_payouts),
+    "TenArmedUniformDistributedReward": (_known_ones, _known_payouts),
+}
+"""What is known of chances and payouts, where they depend on the level of an arm."""
+
+
 class BanditPosterior(Posterior[Truth, Bandit]):
     """The arms, given the rewards that were said; pulls whose rewards were not said say nothing."""
 
@@ -67,10 +107,34 @@ class BanditPosterior(Posterior[Truth, Bandit]):
     def openings(self, turns: Sequence[WorldTurn[Truth]], rng: np.random.Generator) -> Iterator[Truth]:
         """Draw the arms."""
         seen, problem = self._seen(turns), self.lab.problem
+        if turns[0].truth.law:
+            yield from self._lawful(turns[0].truth.looks, seen, rng)
         draw = _ordered(turns[0].truth, seen) if problem.fixed else _FREE[self.lab.options["problem"]]
         while True:
             for chances, payouts in zip(*draw(rng, seen, (_BLOCK, self.lab.arms)), strict=True):
                 yield problem.truth(chances, payouts)
+
+    def _lawful(self, looks: Sequence[tuple[int, ...]], seen: Seen, rng: np.random.Generator) -> Iterator[Truth]:
+        """Draw the law of the town, which is hidden as the arms are, then the arms.
+
+        A law is as probable as it is that each arm is in the level that it has by it.
+        """
+        problem, shape = self.lab.problem, (_BLOCK, self.lab.arms)
+        levels = np.array([levels_of(looks, law) for law in LAWS])
+        parts = [known(seen) for known in _LEVELLED[self.lab.options["problem"]]]
+        lows, highs = (np.array([part.cdf(level / LEVELS) for part in parts]) for level in (levels, levels + 1))
+        shares = highs - lows  # by part, law and arm
+        odds = np.prod(shares, axis=(0, 2))
+        if not odds.sum() > 0:
+            raise NoWorldError("no law of a town pays these rewards")
+        while True:
+            laws = rng.choice(len(LAWS), _BLOCK, p=odds / odds.sum())
+            drawn = [
+                part.ppf(low[laws] + rng.random(shape) * share[laws])
+                for part, low, share in zip(parts, lows, shares, strict=True)
+            ]
+            for law, chances, payouts in zip(laws.tolist(), *drawn, strict=True):
+                yield problem.truth(chances, payouts, tuple(looks), LAWS[law])
 
     def quantities(self, turns: Sequence[WorldTurn[Truth]]) -> dict[str, float]:
         """Means of arms, and how well they agree with the rewards, known and unknown."""
@@ -81,6 +145,20 @@ class BanditPosterior(Posterior[Truth, Bandit]):
             "greatest mean": max(means),
             "fit to known rewards": math.fsum((reward - 0.5) * mean for reward, mean, known in rewards if known),
             "unknown rewards": math.fsum(reward for reward, _, known in rewards if not known),
+            **self._quantities_of_law(turns),
+        }
+
+    def _quantities_of_law(self, turns: Sequence[WorldTurn[Truth]]) -> dict[str, float]:
+        truth = turns[0].truth
+        if not truth.law:
+            return {}
+        levels = levels_of(truth.looks, truth.law).tolist()
+        rewards = [
+            (turn.reward, levels[turn.action]) for turn in turns if turn.action is not None and turn.reward_known
+        ]
+        return {
+            "law": LAWS.index(truth.law),
+            "fit of levels": math.fsum((reward - 0.5) * level for reward, level in rewards),
         }
 
     def _seen(self, turns: Sequence[WorldTurn[Truth]]) -> Seen:

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from worlds.gridworld import Gridworld, Truth, distances_from
+from worlds.gridworld import Gridworld, Layout, Truth, distances_from, kind_of
 from worlds.posteriors import NoWorldError, Posterior
 from worlds.world import WorldTurn
 
@@ -12,7 +12,11 @@ __all__ = ["GridworldPosterior"]
 
 
 class GridworldPosterior(Posterior[Truth, Gridworld]):
-    """The treasure is as likely in any room that is far enough from the start, until one of them is entered."""
+    """The treasure is as likely in any room that is far enough from the start, until one of them is entered.
+
+    So it is in a town, too, whose law a student does not know: as any type of room is as likely to be that of the
+    treasures, and of each other room, no room is distinguished by its type.
+    """
 
     needs = {"map": True}  # noqa: RUF012 (a ClassVar in the base)
 
@@ -26,6 +30,12 @@ class GridworldPosterior(Posterior[Truth, Gridworld]):
 
     def openings(self, turns: Sequence[WorldTurn[Truth]], rng: np.random.Generator) -> Iterator[Truth]:
         """Move the treasure."""
+        truths = [truth for truth, _ in self.odds(turns)]
+        while True:
+            yield truths[rng.integers(len(truths))]
+
+    def odds(self, turns: Sequence[WorldTurn[Truth]]) -> list[tuple[Truth, float]]:
+        """Every place of the treasure."""
         start = turns[0].truth
         been = {turn.truth.room for turn in turns}
         layout, least = start.layout, self.lab.options["min_goal_dist"]
@@ -35,17 +45,22 @@ class GridworldPosterior(Posterior[Truth, Gridworld]):
         rooms = rooms or [room for room in far if room not in been]
         if not rooms:
             raise NoWorldError("the treasure is in none of the rooms where it may be")
-        truths = [start._replace(layout=layout._replace(treasure=room)) for room in rooms]
-        while True:
-            yield truths[rng.integers(len(truths))]
+        return [(start._replace(layout=_moved(layout, room)), 1 / len(rooms)) for room in rooms]
 
     def quantities(self, turns: Sequence[WorldTurn[Truth]]) -> dict[str, float]:
         """Where the treasure is, and how far from the way that was gone."""
         start, now = turns[0].truth, turns[-1].truth
-        away = distances_from(now.layout.treasure, now.layout.doors)
+        away, law = distances_from(now.layout.treasure, now.layout.doors), now.layout.law
+        types, kinds = self.lab.options["room_types"], [kind_of(name) for name in now.layout.names]
         return {
+            **({"law": types.index(law), "rooms of its type": kinds.count(law)} if law else {}),
             "room of the treasure": now.layout.treasure,
             "moves from the start": away[start.room],
             "moves from the last room": away[now.room],
             "least moves from the way": min(away[turn.truth.room] for turn in turns),
         }
+
+
+def _moved(layout: Layout, room: int) -> Layout:
+    """The house with the treasure in another room, and in a town that has it there."""
+    return layout._replace(treasure=room, law=layout.law and kind_of(layout.names[room]))

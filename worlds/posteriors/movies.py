@@ -21,7 +21,7 @@ from worlds.movies import (
     titles_of,
 )
 from worlds.movies.catalogue import GENRES, PERIODS
-from worlds.movies.users import odds_of
+from worlds.movies.users import FIELDS, Taste, odds_of
 from worlds.movies.world import reward_of
 from worlds.posteriors import NoWorldError, Posterior
 from worlds.world import WorldTurn
@@ -29,7 +29,6 @@ from worlds.world import WorldTurn
 __all__ = ["MoviesPosterior"]
 
 _BLOCK = 64  # worlds that are drawn at once
-_FIELDS = dict(zip(ATTRIBUTES, Profile._fields, strict=True))
 
 
 def _some(count: int) -> list[tuple[int, ...]]:
@@ -44,10 +43,21 @@ _HIDDEN: Mapping[str, Sequence[Any]] = MappingProxyType(
 
 
 class MoviesPosterior(Posterior[Truth, Movies]):
-    """The wish that was not said, and what it is about, given the request and the rewards that were said."""
+    """The wish that was not said, and what it is about, given the request and the rewards that were said.
+
+    In a town, the wish that stays is drawn as any other is, and then the user among those who leave it out. So users
+    are as probable as without a town, and the wish that was not said is the one that stays.
+    """
 
     def openings(self, turns: Sequence[WorldTurn[Truth]], rng: np.random.Generator) -> Iterator[Truth]:
-        """Draw a user by the probabilities of all who could have made the request.
+        """Draw a user by the probabilities of all who could have made the request."""
+        truths, shares = zip(*self.odds(turns), strict=True)
+        while True:
+            for i in rng.choice(len(truths), _BLOCK, p=shares).tolist():
+                yield truths[i]
+
+    def odds(self, turns: Sequence[WorldTurn[Truth]]) -> list[tuple[Truth, float]]:
+        """Every user who could have made the request.
 
         It neglects that a reset gives up after a thousand draws, at which the shipped catalogue never arrives.
         """
@@ -59,18 +69,16 @@ class MoviesPosterior(Posterior[Truth, Movies]):
             wishes = profile.wishes.values()
             fits = all(reward_of(items, wishes) == reward for items, reward in known)
             if fits and catalogue.count(wishes) >= LEAST_MATCHES:
-                truths.append(opening._replace(profile=profile, unsaid=unsaid))
+                law = Taste.of(profile, unsaid) if opening.law else None
+                truths.append(opening._replace(profile=profile, unsaid=unsaid, law=law))
                 odds.append(odds_of(profile) / len(wishes))
         if not sum(odds) > 0:
             raise NoWorldError("no user with this request pays these rewards")
-        shares = np.array(odds) / sum(odds)
-        while True:
-            for i in rng.choice(len(truths), _BLOCK, p=shares).tolist():
-                yield truths[i]
+        return list(zip(truths, (np.array(odds) / sum(odds)).tolist(), strict=True))
 
     def quantities(self, turns: Sequence[WorldTurn[Truth]]) -> dict[str, float]:
         """What the wish that was not said is about and how many titles meet all, and the rewards of the answers."""
-        profile, unsaid, _, _ = turns[0].truth
+        profile, unsaid, *_ = turns[0].truth
         rewards = [(turn.reward, turn.reward_known) for turn in turns if turn.action is not None]
         return {
             "attribute": ATTRIBUTES.index(unsaid),
@@ -85,11 +93,11 @@ def _users(opening: Truth) -> list[tuple[Profile, str]]:
     profile, unsaid = opening.profile, opening.unsaid
     if unsaid == TYPE:
         return [(profile._replace(series=series), TYPE) for series in (False, True)]
-    name = _FIELDS[unsaid]
+    name = FIELDS[unsaid]
     nothing: dict[str, Any] = {name: Profile._field_defaults[name]}
     said = profile._replace(**nothing)
     return [
-        (said._replace(**{_FIELDS[attribute]: wish}), attribute)
+        (said._replace(**{FIELDS[attribute]: wish}), attribute)
         for attribute, wishes in _HIDDEN.items()
         if attribute not in said.wishes
         for wish in wishes

@@ -72,12 +72,16 @@ def rank(
     """The ranks of simulation-based calibration: if the posterior is right, all are equally likely.
 
     Of equal values, chance decides which is greater. Talts et al. (2018), Validating Bayesian inference algorithms with
-    simulation-based calibration; for quantities that depend on what was seen, see `Posterior.quantities`.
+    simulation-based calibration; for quantities that depend on what was seen, see `Posterior.quantities`. If the
+    world is in a town, each history is in another one, since a student does not know its law.
     """
     world = make()
     posterior = make_posterior(world)
     found: dict[str, list[int]] = {}
     for _ in range(histories):
+        if _has_town(world):
+            world = _elsewhere(world, rng)
+            posterior = make_posterior(world)
         turns = history(world, rng)
         others = [posterior.quantities(each) for each in posterior.take(turns, rng, draws)]
         for name, value in posterior.quantities(turns).items():
@@ -85,6 +89,15 @@ def rank(
             equal = sum(other[name] == value for other in others)
             found.setdefault(name, []).append(less + int(rng.integers(equal + 1)))
     return {name: np.array(ranks) for name, ranks in found.items()}
+
+
+def _has_town(world: World[Any]) -> bool:
+    return world.options.get("town") is not None
+
+
+def _elsewhere(world: World[Any], rng: np.random.Generator) -> World[Any]:
+    """Such a world, in another town if it is in one."""
+    return type(world)(**world.options | ({"town": int(rng.integers(2**31))} if _has_town(world) else {}))
 
 
 def uniformity(ranks: npt.NDArray[np.int64], draws: int = DRAWS) -> Calibration:
@@ -142,6 +155,19 @@ def check_repetition(make: Make, make_posterior: MakePosterior) -> None:
     require(plain(later) == one, "draws depend on what was drawn before")
 
 
+def check_hidden(make: Make, make_posterior: MakePosterior) -> None:
+    """Draws do not depend on what is hidden: they are the same if a drawn world, of another town, is the true one."""
+    rng = np.random.default_rng(4)
+    world = make()
+    for _ in range(_FEW):
+        world, other = _elsewhere(world, rng), _elsewhere(world, rng)
+        posterior, turns = make_posterior(world), history(world, rng)
+        (swapped,) = posterior.take(turns, rng, 1)
+        draws = posterior.take(turns, np.random.default_rng(5), 4)
+        same = plain(draws) == plain(make_posterior(other).take(swapped, np.random.default_rng(5), 4))
+        require(same, "draws depend on what a student cannot see: they differ where a drawn world is the true one")
+
+
 def check_calibration(make: Make, make_posterior: MakePosterior) -> None:
     """Worlds are drawn with the probability that the generator gives them; seeds are fresh, `THRESHOLD` is fixed."""
     entropy = int(np.random.SeedSequence().generate_state(1)[0])
@@ -154,5 +180,5 @@ def check_calibration(make: Make, make_posterior: MakePosterior) -> None:
         )
 
 
-CHECKS = (check_alike, check_worlds, check_repetition, check_calibration)
+CHECKS = (check_alike, check_worlds, check_repetition, check_hidden, check_calibration)
 """Every check of a posterior."""

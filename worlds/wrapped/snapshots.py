@@ -6,7 +6,7 @@ A way is proved by a trial before it is used: after it went back, the same actio
 import copy
 import random
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -19,12 +19,25 @@ from worlds.actions import native
 from worlds.wrapped.gym_world import GymWorld, faithful
 from worlds.wrapped.position import same, still
 
-__all__ = ["Copies", "Replays", "States", "Stepped", "WayBack", "draws", "shake", "way_back"]
+__all__ = [
+    "GENERATORS",
+    "Copies",
+    "Replays",
+    "States",
+    "Stepped",
+    "WayBack",
+    "copied",
+    "draws",
+    "is_table",
+    "shake",
+    "way_back",
+]
 
 _Env = gymnasium.Env[Any, Any]
+GENERATORS = np.random.Generator, np.random.RandomState, random.Random
+"""Classes of what draws random numbers."""
 _METHODS = (("clone_state", "restore_state"), ("get_state", "set_state"))  # by which environments set themselves back
 _TRIAL = 8  # steps
-_GENERATORS = np.random.Generator, np.random.RandomState, random.Random
 _PLAIN = {int, float, bool, str, tuple, list, dict, type(None), np.ndarray, np.float64}  # which have no attributes
 _STEPS = "_elapsed_steps"  # of Gymnasium's `TimeLimit`
 
@@ -78,7 +91,7 @@ class Copies(WayBack):
 
     def step(self, lab: GymWorld, saved: Any, action: Any, luck: int | None = None) -> Stepped:
         """Step a copy."""
-        env = _copied(saved)
+        env = copied(saved)
         return Stepped(env, env, *_step(lab, env, action, luck))
 
 
@@ -151,7 +164,7 @@ def way_back(env: _Env, states: States | None = None) -> WayBack | None:
     states = states or _own(env)
     if states is not None and _restores(env, states):
         return states
-    if faithful(env, _copied):
+    if faithful(env, copied):
         return Copies()
     return Replays() if _repeats(env) else None
 
@@ -238,13 +251,18 @@ def _layers(env: _Env) -> Iterator[Any]:
     yield env
 
 
-def _copied(env: _Env) -> _Env:
-    """A copy that shares spaces and specs, which steps do not change and which are most of the work."""
+def is_table(name: str, part: Any) -> bool:
+    """Whether an attribute is a table of transitions, as Gymnasium's toy texts have it: a large part that stays."""
+    return name == "P" and isinstance(part, Mapping)
+
+
+def copied(env: _Env) -> _Env:
+    """A copy that shares spaces, specs and tables, which steps do not change and which are most of the work."""
     shared = {
         id(part): part
         for layer in _layers(env)
-        for part in vars(layer).values()
-        if isinstance(part, spaces.Space | EnvSpec)
+        for name, part in vars(layer).items()
+        if isinstance(part, spaces.Space | EnvSpec) or is_table(name, part)
     }
     return copy.deepcopy(env, shared)
 
@@ -277,8 +295,8 @@ def _generators(env: _Env) -> list[Any]:
         for part in vars(layer).values():
             if type(part) in _PLAIN or isinstance(part, spaces.Space | EnvSpec | gymnasium.Env | type):
                 continue
-            if isinstance(part, _GENERATORS):
+            if isinstance(part, GENERATORS):
                 found.append(part)
             elif hasattr(part, "__dict__"):
-                found += [each for each in vars(part).values() if isinstance(each, _GENERATORS)]
+                found += [each for each in vars(part).values() if isinstance(each, GENERATORS)]
     return found

@@ -36,6 +36,7 @@ def benchmark(
 
     from llf_teacher.tools import benchmark
     from pz_envs.family import all_families
+    from teachers.terminal import Waiting
 
     if everything and against is None:
         raise typer.BadParameter("--all needs --against; add it, or leave out --all")
@@ -45,27 +46,26 @@ def benchmark(
     if not families:
         print_missing()
     chosen = [known[name] for name in families or known if not known[name].missing()]
-    console = Console(width=max(Console().width, _WIDTH))
-    status = Console(stderr=True).status("")
-    with status:
+    console = Console(emoji=False, width=max(Console(emoji=False).width, _WIDTH))
+    with Waiting() as waiting:
         if batch:
             from llf_teacher.tools.throughput import throughput
 
-            console.print(throughput(status.update))
+            console.print(throughput(waiting.say))
             return
         if against is None:
             tables = [
-                benchmark.steps(chosen, status.update),
-                benchmark.worlds(chosen, status.update),
-                benchmark.seats(chosen, status.update),
+                benchmark.steps(chosen, waiting.say),
+                benchmark.worlds(chosen, waiting.say),
+                benchmark.seats(chosen, waiting.say),
             ]
             if not families:
-                tables += [benchmark.forms(status.update), benchmark.imports(status.update)]
+                tables += [benchmark.forms(waiting.say), benchmark.imports(waiting.say)]
             for table in tables:
                 console.print(table)
             return
         try:
-            found = list(benchmark.compare_speed(chosen, against, status.update, everything))
+            found = list(benchmark.compare_speed(chosen, against, waiting.say, everything))
         except ValueError as error:
             raise typer.BadParameter(str(error)) from None
     table = Table("environment", "work", "this / other", "95 % interval", box=None, padding=(0, 2, 0, 0))

@@ -31,19 +31,19 @@ def calibration(
 
     A table stands between `<!-- llf dev calibration: NAME -->` and `<!-- end -->`.
     """
-    from rich.console import Console
     from rich.progress import Progress
 
     from llf_teacher.studies.execution.progress import StudyProgress
     from llf_teacher.tools import calibration as measured
     from llf_teacher.tools.markdown import update
     from teachers.spec import unknown
+    from teachers.terminal import error_console
 
     for name in only or ():
         if name not in NAMES:
             raise typer.BadParameter(unknown("table", name, NAMES))
     extent = measured.Extent(studies, draws, seed)
-    console = Console(stderr=True)
+    console = error_console()
     names = [name for name in NAMES if name in (only or NAMES)]
     pool: measured.Pool = {}
     if {"errors", "powers"} & {*names}:

@@ -35,6 +35,7 @@ def compare(
     from llf_teacher.tools.benchmark import equality
     from pz_envs.family import all_families
     from teachers.personality import parse_personality
+    from teachers.terminal import Waiting
 
     if fast and not find_spec("numba"):
         raise typer.BadParameter("--fast needs numba, which is not installed; run: pip install 'llf-teacher[fast]'")
@@ -46,15 +47,14 @@ def compare(
     teachers = [str(parse_personality(spec)) for spec in teacher or ["oracle"]]
     table = Table("environment", "teacher", "episodes", "turns", "differ", box=None, padding=(0, 2, 0, 0))
     found = []
-    status = Console(stderr=True).status("")
-    with status:
+    with Waiting() as waiting:
         try:
-            for each in equality.compare(ids, teachers, other, episodes, turns, status.update, fast):
+            for each in equality.compare(ids, teachers, other, episodes, turns, waiting.say, fast):
                 found.append(each)
                 table.add_row(each.id, each.teacher, *(f"{n:,}" for n in (each.episodes, each.turns, each.differing)))
         except ValueError as error:
             raise typer.BadParameter(str(error)) from None
-    Console(width=max(Console().width, 120)).print(table)
+    Console(emoji=False, width=max(Console(emoji=False).width, 120)).print(table)
     for each in found:
         if each.first:
             typer.echo(f"\n{each.id}, {each.teacher}, seed {each.first.seed}, turn {each.first.turn}")

@@ -38,12 +38,12 @@ def import_(
 
     These files have no age ratings, so with such a catalogue users have no wishes about age.
     """
-    from rich.console import Console
     from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TimeRemainingColumn
 
+    from teachers.terminal import error_console
     from worlds.movies.catalogue.importing import import_catalogue
 
-    console = Console(stderr=True, markup=False)
+    console = error_console()
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), DownloadColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console) as progress:
         task = progress.add_task(source.name, total=None)

@@ -20,26 +20,25 @@ def planned(
     """Measure the environments that planned teachers teach, and write the table in FILE, or print it.
 
     The table stands between `<!-- llf dev planned: environments -->` and `<!-- end -->`. Rows of environments that are
-    not installed are left out, with a message. It takes some minutes.
+    not installed are left out, with a message. Rows that are not measured stay. It takes some minutes.
     """
-    from rich.console import Console
-
     from llf_teacher.tools.planned import ROWS, measure, table, update
     from teachers.spec import unknown
+    from teachers.terminal import Waiting, error_console
 
     ids = [row.id for row in ROWS]
     if wrong := [name for name in id or () if name not in ids]:
         raise ValueError(unknown("environment of the table", wrong[0], ids))
-    console = Console(stderr=True, highlight=False)
+    console = error_console()
     rows = []
-    with console.status("") as status:
+    with Waiting() as waiting:
         for row in ROWS:
             if id and row.id not in id:
                 continue
             try:
-                rows.append(measure(row, status.update))
+                rows.append(measure(row, waiting.say))
             except (ValueError, ModuleNotFoundError) as error:
-                console.print(f"left out: {error}", markup=False)
+                console.print(f"left out: {error}")
     if not rows:
         raise ValueError("none of the environments could be measured")
     if file is None:

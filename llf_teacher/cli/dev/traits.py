@@ -22,13 +22,13 @@ def traits(
 
     The table stands between `<!-- llf dev traits: recovery -->` and `<!-- end -->`.
     """
-    from rich.console import Console
     from rich.progress import Progress
 
     from llf_teacher.tools.markdown import update
     from llf_teacher.tools.recovery import as_table, places, recoverable, recoveries
+    from teachers.terminal import error_console
 
-    with Progress(console=Console(stderr=True)) as progress:
+    with Progress(console=error_console()) as progress:
         task = progress.add_task("runs", total=runs * sum(len(places(trait)) for trait in recoverable()))
         text = as_table(list(recoveries(runs, episodes, lambda: progress.advance(task))))
     if file is None:

@@ -64,6 +64,7 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
             given=settings,
             others=set(inspect.signature(type(self)).parameters) - {"env_id"},
             refused=FIELDS - used - {"options"},
+            elsewhere=self.family.elsewhere,
             **defaults,
         )
         self.num_envs = num_envs

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from llf_teacher.reproductions.drawing import line
+from llf_teacher.reproductions.drawing import line, name_lines
 from llf_teacher.reproductions.reviews import commented
 from llf_teacher.reproductions.row import Reading, Row, Values, describe
 from llf_teacher.reproductions.rule import Rule, saves
@@ -107,16 +107,18 @@ def read(values: Values) -> Reading:
 
 def draw(values: Values, figure: "Figure") -> None:
     """Regret by the number of claims, one panel per learner."""
-    panels = figure.subplots(1, len(LEARNERS), sharey=True)
-    for axes, learner in zip(panels, LEARNERS, strict=True):
+    figure.set_size_inches(9, 7)
+    panels = figure.subplots(2, len(LEARNERS) // 2, sharey=True)
+    for axes, learner in zip(panels.flat, LEARNERS, strict=True):
         for choice in REVIEWS:
             found = [mean_interval(_lost(values, learner, choice, budget)) for budget in BUDGETS]
             line(axes, BUDGETS, found, choice)
         axes.set(title=learner, xlabel="claims in a lifetime", xscale="log")
         axes.set_xticks(BUDGETS, BUDGETS)
         axes.minorticks_off()
-    panels[0].set_ylabel("regret per episode")
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=len(REVIEWS))
+    for axes in panels[:, 0]:
+        axes.set_ylabel("regret per episode")
+    name_lines(figure)
 
 
 ROW = Row(

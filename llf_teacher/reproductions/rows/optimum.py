@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from llf_teacher.reproductions.drawing import line
+from llf_teacher.reproductions.drawing import line, name_lines
 from llf_teacher.reproductions.optimum import Life, Rooms, Span, least, lived
 from llf_teacher.reproductions.row import Reading, Row, Values, describe
 from llf_teacher.reproductions.rule import Expectation, Rule
@@ -148,7 +148,7 @@ def draw(values: Values, figure: "Figure") -> None:
             line(axes, budgets, found, teacher, markersize=4, **style)
         axes.set(title=name, xlabel="budget", xticks=budgets, ylim=(0, None))
     panels[0].set_ylabel("regret per episode")
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside right center", fontsize="small")
+    name_lines(figure)
 
 
 ROW = Row(

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from llf_teacher.reproductions.drawing import line
+from llf_teacher.reproductions.drawing import line, name_lines
 from llf_teacher.reproductions.lifetimes import live
 from llf_teacher.reproductions.row import Reading, Row, Values, describe
 from llf_teacher.reproductions.rule import Rule, saves
@@ -90,10 +90,11 @@ def draw(values: Values, figure: "Figure") -> None:
         for name in LEARNERS:
             found = [mean_interval(values(**_setting(name, likelihood, c))[:, 0]) for c in CONSISTENCY]
             line(axes, CONSISTENCY, found, name)
-        axes.axhline(alone, color="gray", linestyle="--", label="rewards alone")
+        ends = CONSISTENCY[0], CONSISTENCY[-1]
+        axes.plot(ends, [alone, alone], color="gray", linestyle="--", marker="", label="rewards alone")
         axes.set(title=f"a label in {likelihood:.0%} of turns", xlabel="share of right labels")
     panels[0].set_ylabel("regret per episode")
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=len(LEARNERS) + 1)
+    name_lines(figure)
 
 
 ROW = Row(

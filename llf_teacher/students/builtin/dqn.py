@@ -14,6 +14,7 @@ from llf_teacher.students.learner import Learner, LearnerPolicy
 from llf_teacher.students.student import state_of
 from pz_envs.subject import Subject
 from teachers.spec import check_range
+from worlds.actions import describe_space
 from worlds.world import World
 
 _BATCH = 32
@@ -41,7 +42,7 @@ class _Policy(LearnerPolicy["Dqn"]):
         if not isinstance(space, spaces.Box) or space.shape is None:
             raise ValueError(
                 f"the student {spec} needs states that are numbers; those of {family.name} are "
-                f"{world.observation_space}"
+                f"{describe_space(world.observation_space)}"
             )
         low, high = space.low.astype(float), space.high.astype(float)
         bounded = (low > -1e9) & (high < 1e9) & (low < high)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from llf_teacher.students.advice import AdviceTaker, Believer
-from teachers.atoms import ActionClaim, PlanClaim
+from teachers.atoms import ActionClaim, PlanClaim, unhedged
 
 
 class _Policy(AdviceTaker["Obedient"]):
@@ -22,7 +22,7 @@ class _Policy(AdviceTaker["Obedient"]):
 
     def _listen(self, info: dict[str, Any]) -> None:
         for atom in info["atoms"]:
-            claim = atom.claim
+            claim = unhedged(atom.claim)
             if isinstance(claim, ActionClaim):
                 self.hear(claim.kind, (claim.action,), atom.about_turn, endless=True)
             elif isinstance(claim, PlanClaim):
@@ -31,7 +31,7 @@ class _Policy(AdviceTaker["Obedient"]):
 
 @dataclass(frozen=True)
 class Obedient(Believer):
-    """Believes every claim about an action; it reads claims as data, so the wording has no effect."""
+    """Believes every claim about an action, hedged or flat; it reads claims as data, so the wording has no effect."""
 
     reads = "atoms"
     policy = _Policy

@@ -8,6 +8,7 @@ import numpy as np
 from llf_teacher.students.student import Policy, Student
 from pz_envs.family import all_families
 from pz_envs.subject import Subject
+from teachers.atoms import Scope
 from teachers.belief import Belief
 from teachers.spec import Range, Share
 from worlds.world import World
@@ -17,6 +18,8 @@ _NEAR = 1e-9  # differences of regrets below this are rounding
 
 class _Policy(Policy["Reasoner"]):
     """Keeps a `belief`."""
+
+    belief: Belief = None  # type: ignore[assignment]  # before the first episode
 
     def __init__(self, spec: "Reasoner", family: Subject, world: World[Any]) -> None:
         super().__init__(spec, family, world)
@@ -30,9 +33,11 @@ class _Policy(Policy["Reasoner"]):
         self._posterior = family.make_posterior(world)
 
     def begin(self) -> None:
-        """Begin an episode without memory."""
+        """Begin an episode without memory; a student that does not forget still knows the rules that it has heard."""
+        rules = () if self.spec.forget or self.belief is None else self.belief.rules
         oracle = self.family.oracle_class()(self.world.scratch)
         self.belief = Belief(self._posterior, oracle, self.rng, self.spec.worlds, self.spec.trust)
+        self.belief.keep(rules)
 
     def succeed(self, past: Policy[Any]) -> None:
         """Take over what was seen, without what was said: where it is depends on where it has been."""
@@ -46,6 +51,10 @@ class _Policy(Policy["Reasoner"]):
         self.belief.learn(info["atoms"])
         regrets = self.belief.regrets()
         return int(self.rng.choice(np.flatnonzero(regrets <= regrets.min() + _NEAR)))
+
+    def finish(self, observation: dict[str, Any], info: dict[str, Any], terminated: bool) -> None:
+        """Hear the last words, of which only rules matter."""
+        self.belief.keep(atom.claim for atom in info["atoms"] if atom.claim.scope is Scope.FAMILY)
 
 
 def _has_values(family: Subject) -> bool:
@@ -61,12 +70,26 @@ class Reasoner(Student):
     factor 1 - trust for each claim that does not hold in it, as `teachers.belief.Belief` says. It takes the action
     whose regret, by the values of the family's oracle in each of these worlds, is least in the mean, among those that
     are best in one of them. It looks one action ahead, and so never acts only to learn.
+
+    If it does not forget, the rules of a town that it has heard weigh worlds in later episodes, too.
     """
 
     worlds: Annotated[int, Range(1, 100_000)] = 256
     """Number of worlds that are drawn in a turn; more where few of them count."""
     trust: Share = 1.0
     """By how much less than 1 a world counts for each claim that is false in it, 0 to 1; 0: it hears nothing."""
+    forget: bool = True
+    """Whether each episode starts without memory, as it should if each has another town."""
     reads = "atoms"
     draws_worlds = True
     policy = _Policy
+
+    @property
+    def remembers(self) -> bool:
+        """True unless it forgets."""
+        return not self.forget
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not isinstance(self.forget, bool):
+            raise ValueError(f"forget must be True or False, got {self.forget!r}")

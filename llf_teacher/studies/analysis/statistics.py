@@ -177,6 +177,21 @@ def mean_interval(values: ArrayLike) -> Estimate:
     return mean_intervals([values])[0]
 
 
+def ratio_interval(parts: ArrayLike, wholes: ArrayLike) -> Estimate | None:
+    """The ratio of two sums over units, shape (n,), with its interval; None if the second sum is 0.
+
+    The interval is that of the mean of its linearized values (Cochran 1977, section 2.11). Without one, `values` are
+    the ratios of the units that have one.
+    """
+    part, whole = np.asarray(parts, dtype=float), np.asarray(wholes, dtype=float)
+    if not (total := whole.sum()):
+        return None
+    ratio = part.sum() / total
+    found = mean_interval(ratio + (part - ratio * whole) / whole.mean())
+    own = (part[whole != 0] / whole[whole != 0]).tolist()
+    return found._replace(mean=float(ratio), values=tuple(sorted(own)) if found.why else ())
+
+
 def rate_interval(successes: int, n: int) -> Estimate:
     """Share of successes in n independent trials, 0 to 1, with its exact interval; there is none below `LEAST` trials.
 

@@ -30,7 +30,15 @@ from teachers.feedback import format_kinds
 from teachers.seeds import TREE
 from teachers.spec import is_count, unknown
 
+DRAWS = 256
+"""Number of worlds by which claims are measured, where a study does not say it."""
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
+
+
+def _in_file(id: str, options: Mapping[str, Any]) -> str:
+    """The end of a message: how a study's file gives an environment these options."""
+    lines = "".join(f"\n{name} = {json.dumps(value)}" for name, value in options.items())
+    return f"; in the study's file:\n[options.{json.dumps(id)}]{lines}" if lines else ""
 
 
 class Grid(NamedTuple):
@@ -95,6 +103,10 @@ class Study:
     `llf_teacher.studies.definition.design.Transfer`. Teachers and students that `fewer` leaves out of an environment
     are left out of its tests, too.
     """
+    bits: bool | int = False
+    """Whether it is measured how much each claim says, and which regret it saves, by 256 worlds, or by so many. The
+    lessons are the same. Families without a posterior say why it could not be measured.
+    """
     names: Mapping[str, str] = field(default_factory=dict)
     """Names of teachers and students in the report, by their specs. Without one, those that ask a model are called
     `llm(model)`, and others by their specs.
@@ -115,6 +127,8 @@ class Study:
             problems.append(f"max_turns must be an integer of at least 1, got {self.max_turns!r}")
         if not is_count(self.samples):
             problems.append(f"samples must be an integer of at least 1, got {self.samples!r}")
+        if not (isinstance(self.bits, bool) or is_count(self.bits)):
+            problems.append(f"bits must be true, false or a number of worlds, at least 1, got {self.bits!r}")
         set_(self, "fewer", self._shortened(problems))
         set_(self, "options", check_options(self.options, self.ids, problems))
         set_(self, "baseline", self._compared(problems))
@@ -139,11 +153,15 @@ class Study:
             heard = {id: {*self.grid(id).teachers, *self.tests(id).teachers} for id in self.ids}
             for spec in self._specs("teachers"):
                 asked = {id: each for id, each in subjects.items() if spec in heard[id]}
-                served = {family.name: family.serves(needed_of(parse_teacher(spec))) for family in asked.values()}
-                if unable := [id for id, family in asked.items() if not served[family.name]]:
+                needed = needed_of(parse_teacher(spec))
+                served = {id: family.serves(needed, **self._all_options(id)) for id, family in asked.items()}
+                if unable := [id for id in asked if not served[id]]:
+                    given = {id: dict(asked[id].posterior_needs) for id in unable}
+                    mended = [id for id in unable if asked[id].serves(needed, **self._all_options(id) | given[id])]
                     problems.append(
                         f"teachers: {', '.join(unable)} cannot have {spec!r}: the oracle lacks what it needs; "
                         "see docs/personalities.md, or leave it out there by `fewer`"
+                        + "".join(_in_file(id, given[id]) for id in mended)
                     )
             problems += self._unseated(subjects)
         if problems:
@@ -158,6 +176,11 @@ class Study:
     def _specs(self, name: str) -> tuple[str, ...]:
         """All `teachers` or all `students`, those of tests included."""
         return tuple(dict.fromkeys((*getattr(self, name), *self.transfer.get(name, ()))))
+
+    @property
+    def draws(self) -> int:
+        """Number of worlds by which claims are measured; 0: they are not."""
+        return DRAWS if self.bits is True else int(self.bits)
 
     @property
     def _seeds(self) -> Sequence[int]:
@@ -179,12 +202,16 @@ class Study:
         given: dict[str, Any] = json.loads(options_of(self.options, id) or "{}")
         return {name: value for name, value in given.items() if name in entry(id).family.options()}
 
+    def _all_options(self, id: str) -> dict[str, Any]:
+        """The options of an environment's world."""
+        return {**entry(id).options, **self.world_options(id)}
+
     def _subjects(self, problems: list[str]) -> dict[str, Subject]:
         """What is taught in each environment; `problems` gets why it cannot be."""
         subjects = {}
         for id in self.ids:
             found = entry(id)
-            options = {**found.options, **self.world_options(id)}
+            options = self._all_options(id)
             try:
                 subjects[id] = found.family.for_lesson(Settings(max_turns=self.max_turns, options=options))
             except ValueError as error:
@@ -198,12 +225,9 @@ class Study:
                 student = student_of(spec)
                 if isinstance(student, Student) and student.draws_worlds:
                     try:
-                        student.seat(subject, subject.make_world(**entry(id).options | self.world_options(id)))
+                        student.seat(subject, subject.make_world(**self._all_options(id)))
                     except ValueError as error:
-                        needs = subject.posterior_needs.items()
-                        lines = "".join(f"\n{name} = {json.dumps(value)}" for name, value in needs)
-                        given = f"; in the study's file:\n[options.{json.dumps(id)}]{lines}" if lines else ""
-                        yield f"students: {id}: {error}{given}"
+                        yield f"students: {id}: {error}{_in_file(id, subject.posterior_needs)}"
 
     def _shortened(self, problems: list[str]) -> dict[str, dict[str, tuple[Any, ...]]]:
         """`fewer` in canonical form; `problems` gets what is wrong with it."""
@@ -256,14 +280,14 @@ class Study:
     def _of(self, id: str, instruction_type: str, grid: "Grid") -> Iterator[EpisodeSpec]:
         """The episodes of an environment."""
         family = entry(id).family
-        max_turns = family.turns(self.max_turns, **{**entry(id).options, **self.world_options(id)})
+        max_turns = family.turns(self.max_turns, **self._all_options(id))
         version, rules = self.versions[family.name]
         options = options_of(self.options, id)
         for sample, feedback_type, teacher, student, seed in itertools.product(
             range(self.samples), self.feedback_types, *grid
         ):
             spec = EpisodeSpec(id, teacher, student, instruction_type, feedback_type, max_turns, seed, version, rules)
-            yield spec._replace(sample=sample, options=options)
+            yield spec._replace(sample=sample, options=options, draws=self.draws)
         plan = self.tests(id)
         for taught, worlds, number, feedback_type, teacher, student, seed in itertools.product(
             plan.taught, plan.worlds, plan.lessons, plan.feedback_types, plan.teachers, plan.students, grid.seeds
@@ -396,7 +420,7 @@ def to_toml(study: Study) -> str:
     values = study.as_dict()
     patterns = {name: values.pop(name) for name in ("fewer", "options")}
     tables = {name: table for name in ("interim_analyses", "transfer", "names") if (table := values.pop(name))}
-    for name in ("transcripts", "primary"):
+    for name in ("transcripts", "primary", "bits"):
         values[name] = values[name] or None
     lines = _assignments(values)
     for name, table in tables.items():

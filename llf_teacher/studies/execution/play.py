@@ -91,6 +91,7 @@ def play(spec: EpisodeSpec, begins: Callable[[int], object] | None = None) -> Re
     teacher, feedback_type = (TESTER, TEST_TYPE) if spec.lessons else (spec.teacher, spec.feedback_type)
     with _lesson(spec, player, spec.id, teacher, feedback_type) as (_, env, recorder):
         student = player.seat(env.family, env.session.world)
+        recorder.measure(env.family, spec.seed, spec.draws)
         if spec.lessons:
             attend(spec, player, student)
         for turn in play_turns(env, student, spec.seed, sample=spec.sample):

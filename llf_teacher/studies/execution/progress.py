@@ -21,7 +21,7 @@ class StudyProgress:
     def __init__(self, console: Console) -> None:
         self._console = console
         columns = BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn()
-        self._bar = Progress(TextColumn("{task.description}"), *columns, console=console)
+        self._bar = Progress(TextColumn("{task.description}", markup=False), *columns, console=console)
         self._task = self._bar.add_task("episodes", total=None)
         self._began: float | None = None
         self._shown = (0.0, 0)

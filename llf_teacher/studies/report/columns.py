@@ -21,7 +21,8 @@ from llf_teacher.studies.store import Store
 from llf_teacher.studies.store.files import reading
 from teachers.atoms import KINDS, Label
 
-CHECKED = (Label.TRUTHFUL, Label.LATE, Label.PLACEBO, Label.DISTORTED)
+_FLAT = (Label.TRUTHFUL, Label.LATE, Label.PLACEBO, Label.DISTORTED)
+CHECKED = (*_FLAT, Label.HEDGED)
 """Labels of checked claims."""
 _SUMMED = (
     *("success", "regret", "turns", "words", "parse_failures", "claims", "claims_held", "advised", "followed"),
@@ -29,7 +30,13 @@ _SUMMED = (
     *(f"said_{kind}" for kind in KINDS),
     *CHECKED,
 )
+_HEDGED = " - ".join(("claims", *_FLAT))
 _COSTS = ("input_tokens", "output_tokens", "usd", "seconds")
+INFORMATION = (
+    *("turns", "measured", "unmeasured", "bits", "at_least", "measured_words", "valued_bits", "saved"),
+    *(f"bits_{kind}" for kind in KINDS),
+)
+"""Columns of how much teachers said."""
 _SEED = EpisodeSpec._fields.index("seed")
 _SHARED = ", ".join(name for name in EpisodeSpec._fields if name != "seed")
 
@@ -134,7 +141,7 @@ class Columns:
 
     def sums(self) -> dict[EpisodeSpec, Sums]:
         """Sums by setting; settings without an episode are left out."""
-        sums = ", ".join(f"total({name})" for name in _SUMMED)
+        sums = ", ".join(f"total({_HEDGED if name is Label.HEDGED else name})" for name in _SUMMED)
         query = f"SELECT setting, count(*), min(seed), {sums} FROM {_WANTED} GROUP BY setting"  # noqa: S608
         found: dict[EpisodeSpec, Sums] = {}
         for setting, count, first, *values in self._db.execute(query):
@@ -164,6 +171,18 @@ class Columns:
         rows = self._db.execute(f"SELECT setting, seed, first_success FROM {_WANTED}")  # noqa: S608 (names of ours)
         for setting, seed, first in rows:
             yield self._there[setting]._asdict() | {"seed": seed, "first_success": first}
+
+    def information(self) -> Iterator[tuple[EpisodeSpec, int, str, NDArray[np.float64]]]:
+        """The setting and the seed of each episode, why claims were not measured, and the columns of `INFORMATION`.
+
+        The columns are NaN if they were not measured.
+        """
+        rows = self._db.execute(
+            f"SELECT setting, seed, why, {', '.join(INFORMATION)} "  # noqa: S608 (names of ours)
+            f"FROM {_WANTED} JOIN setting USING (setting) ORDER BY setting"
+        )
+        for setting, seed, why, *values in rows:
+            yield self._there[setting], seed, why, np.array(values, float)
 
     def revisions(self) -> dict[int, Revision]:
         """How many episodes each revision has in the store, those of other definitions included."""

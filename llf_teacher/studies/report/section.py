@@ -240,7 +240,8 @@ class Section:
         for teacher in self.grid.teachers:
             if taught := list(self.taught(teacher, self.reader).values()):
                 regret = added(taught, "regret") / sum(each.episodes for each in taught)
-                ranks[teacher] = (share(taught, "claims_held", "claims"), -regret)
+                false = share(taught, "distorted", "claims")
+                ranks[teacher] = (None if false is None else 1 - false, -regret)
         spoke = [teacher for teacher, (held, _) in ranks.items() if held is not None] or list(ranks)
         order = sorted(spoke, key=lambda teacher: ranks[teacher], reverse=True)
         return tuple(dict.fromkeys((order[0], order[-1])))

@@ -23,7 +23,7 @@ from llf_teacher.episodes.failure import Failure
 from llf_teacher.episodes.record import EpisodeRow, EpisodeSpec, Record, pack_turns, unpack_regrets, unpack_turns
 from llf_teacher.studies.store import files
 
-SCHEMA_VERSION = 5
+SCHEMA_VERSION = 6
 _APPLICATION_ID = 0x4C4C4654  # "LLFT"
 _TYPES = {
     str: "TEXT NOT NULL",
@@ -36,7 +36,7 @@ _TYPES = {
 }
 _FIELDS = EpisodeSpec.__annotations__ | EpisodeRow.__annotations__
 _KINDS = _FIELDS | Failure.__annotations__
-_OWN = ("seed", *(name for name in EpisodeRow._fields if name not in ("family", "reads")))
+_OWN = ("seed", *(name for name in EpisodeRow._fields if name not in ("family", "reads", "why")))
 _SHARED = tuple(name for name in _FIELDS if name not in _OWN)
 _FLAGS = tuple(i for i, kind in enumerate(_FIELDS.values()) if kind is bool)
 _of_shared, _of_own = (itemgetter(*map(list(_FIELDS).index, names)) for names in (_SHARED, _OWN))
@@ -206,18 +206,18 @@ class Store:
             "FROM result LEFT JOIN setting USING (setting) JOIN story USING (number) ORDER BY number"
         )
         for number, digest, key, *values, packed in self._db.execute(query):
-            differs = not isinstance(packed, bytes) or _digest((key, *values), packed) != digest
+            differs = not isinstance(packed, bytes) or digest_of((key, *values), packed) != digest
             yield "result", number, f"the episode {key} differs from its digest" if differs else ""
 
     def _broken_failures(self) -> Iterator[tuple[str, int | str, str]]:
         query = f"SELECT number, digest, lower(hex(key)), {_FAILED} FROM failure ORDER BY number"  # noqa: S608
         for number, digest, key, *values in self._db.execute(query):
-            differs = _digest((key, *values)) != digest
+            differs = digest_of((key, *values)) != digest
             yield "failure", number, f"the failure of the episode {key} differs from its digest" if differs else ""
 
     def _broken_facts(self, table: str, columns: str) -> Iterator[tuple[str, int | str, str]]:
         for digest, *values in self._db.execute(f"SELECT digest, {columns} FROM {table}"):  # noqa: S608
-            yield table, values[0], "" if _digest(values) == digest else "it differs from its digest"
+            yield table, values[0], "" if digest_of(values) == digest else "it differs from its digest"
 
     def _broken_seals(self) -> Iterator[tuple[str, int | str, str]]:
         seals = {name: (rows, digest) for name, rows, digest in self._db.execute("SELECT * FROM seal")}
@@ -245,7 +245,7 @@ class Store:
         key = spec.key
         with self._writing() as db:
             setting = self._setting(_of_shared(values))
-            digest = _digest((key, self.revision, *values), turns)
+            digest = digest_of((key, self.revision, *values), turns)
             row = (bytes.fromhex(key), setting, *_of_own(values), self.revision, digest)
             added = db.execute(f"INSERT OR IGNORE INTO result VALUES (NULL, {_marks(row)})", row)  # noqa: S608
             if added.rowcount:
@@ -255,7 +255,7 @@ class Store:
 
     def add_failure(self, spec: EpisodeSpec, failure: Failure) -> None:
         """Write why an episode failed; an earlier failure is replaced."""
-        digest = _digest((spec.key, *spec, *failure))
+        digest = digest_of((spec.key, *spec, *failure))
         row = (bytes.fromhex(spec.key), *spec, *failure, digest)
         with self._writing() as db:
             self._delete("failure", "key", row[0])
@@ -454,8 +454,8 @@ class Store:
             self.revision = found[0] if found else 1 + self._last_revision()
             if not found:
                 row = (self.revision, text)
-                db.execute("INSERT INTO definition VALUES (?, ?, ?)", (*row, _digest(row)))
-                self._count("definition", _digest(row))
+                db.execute("INSERT INTO definition VALUES (?, ?, ?)", (*row, digest_of(row)))
+                self._count("definition", digest_of(row))
         return self.revision
 
     def definitions(self) -> dict[int, dict[str, Any]]:
@@ -478,8 +478,8 @@ class Store:
             for name, value in values.items():
                 row = (name, _json(value))
                 self._delete("manifest", "name", name)
-                db.execute("INSERT INTO manifest VALUES (?, ?, ?)", (*row, _digest(row)))
-                self._count("manifest", _digest(row))
+                db.execute("INSERT INTO manifest VALUES (?, ?, ?)", (*row, digest_of(row)))
+                self._count("manifest", digest_of(row))
 
     def manifest(self) -> dict[str, Any]:
         """All that `write_manifest` has written."""
@@ -527,7 +527,7 @@ def _json(value: Any) -> str:
     return json.dumps(value, ensure_ascii=False)
 
 
-def _digest(values: Iterable[Any], turns: bytes = b"") -> bytes:
+def digest_of(values: Iterable[Any], turns: bytes = b"") -> bytes:
     """A digest of everything that is stored in a row, and of the turns of an episode."""
     digest = hashlib.blake2b(repr(tuple(values)).encode(), digest_size=_BYTES)
     digest.update(turns)

@@ -76,9 +76,9 @@ def write_film(family: Family, path: Path) -> None:
 
 
 def examples(family: Family) -> dict[type[Claim[Any]], str]:
-    """A sentence for each class of claims that occurs in a few episodes, in the first of its wordings."""
+    """A sentence for each class of claims that occurs in a few episodes, clues included, in the first wording."""
     found: dict[type[Claim[Any]], str] = {}
-    oracle = family.oracle_class()
+    oracle, book = family.oracle_class(), family.phrasebook()
     wanted = set(claims_of(oracle.__module__))
     for environment in family.showcase:
         for seed in _SEEDS[:1] if family.slow else _SEEDS:
@@ -99,6 +99,8 @@ def examples(family: Family) -> dict[type[Claim[Any]], str]:
                 for turn in play_turns(env, student.seat(env.family, env.session.world), seed):
                     for atom in turn.atoms:
                         found.setdefault(type(atom.claim), atom.text)
+                    for clue in env.session.teacher.oracle.clues(turn.moment.after):
+                        found.setdefault(type(clue), book.sentences(clue)[0])
                 env.close()
     return found
 
@@ -132,8 +134,8 @@ def _claims(family: Family) -> str:
         kind = "as its fields say" if cls.kind and not isinstance(cls.kind, str) else kind_mark(cls.kind)
         role = next((name for base, name in _ROLES.items() if issubclass(cls, base)), "")
         sentence = escape(made.get(cls, book.templates(cls)[0]))
-        rows.append((f"`{cls.__name__}`", kind, role, escape(_meaning(cls)), sentence))
-    return table(("claim", "kind", "about", "is true if", "for example"), rows)
+        rows.append((f"`{cls.__name__}`", kind, role, cls.scope, escape(_meaning(cls)), sentence))
+    return table(("claim", "kind", "about", "reaches the", "is true if", "for example"), rows)
 
 
 def _meaning(cls: type) -> str:

@@ -117,6 +117,8 @@ const show = (state) => {
   byId("code").hidden = !state.codes;
   byId("status").textContent = status(state);
   byId("now").textContent = state.now;
+  byId("unmeasured").hidden = !state.unmeasured;
+  byId("unmeasured").textContent = `How much sentences say cannot be measured: ${state.unmeasured}.`;
   sentences(state);
   drawTurns(state);
   if (moved) picture(state);

@@ -8,6 +8,7 @@ const whole = (text) => (text === "" ? null : Number(text));
 const fit = () => {
   const seat = form.elements.seat.value;
   form.elements.two.disabled = seat === "watch";
+  form.elements.bits.disabled = seat === "student";
   const two = form.elements.two.checked && seat !== "watch";
   form.elements.student.disabled = two || seat === "student";
   for (const each of form.elements.speech) each.disabled = !two && seat !== "teacher";
@@ -26,6 +27,7 @@ form.addEventListener("submit", async (event) => {
       id: elements.id.value,
       seat: elements.seat.value,
       two: elements.two.checked && elements.seat.value !== "watch",
+      bits: elements.bits.checked && !elements.bits.disabled,
       teacher: elements.teacher.value,
       student: elements.student.value,
       speech: elements.speech.value,

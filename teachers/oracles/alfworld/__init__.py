@@ -1,5 +1,6 @@
 """ALFWorld's oracle: it judges by shortest plans, found in closed form from the true facts."""
 
+from collections import Counter
 from collections.abc import Callable, Set
 
 import numpy as np
@@ -8,19 +9,26 @@ from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment
 from teachers.common import Syntax
 from teachers.oracle import Oracle
 from teachers.oracles.alfworld.claims import (
+    AlwaysKept,
     Avoid,
     Commands,
     Do,
     Done,
     Forward,
+    InTheOpen,
+    Kept,
     Listed,
     Nearer,
     Needless,
     NoNearer,
+    NotAlwaysKept,
     NotForward,
+    NotKept,
     Refused,
     Route,
+    ShutIn,
     Task,
+    Treat,
     TriedInVain,
     TriedWell,
     Try,
@@ -28,9 +36,11 @@ from teachers.oracles.alfworld.claims import (
     visible_part,
 )
 from teachers.oracles.alfworld.planning import Planner
-from teachers.oracles.alfworld.search import FAR, IDLE, verb_of
+from teachers.oracles.alfworld.search import FAR, IDLE, TREATMENTS, verb_of
 from worlds.alfworld import Alfworld, Truth
 from worlds.alfworld.exact import AGENT, NOTHING
+from worlds.alfworld.games import Game
+from worlds.alfworld.generated import keepers
 
 FORMS = (
     "look",
@@ -86,6 +96,40 @@ class AlfworldOracle(Oracle[Truth, Alfworld]):
         planner = self._planner_of(truth)
         plan = planner.plan(visible_part(truth, planner.engine.house).facts)
         return planner.explore(truth) or None if plan is None else plan
+
+    def clues(self, truth: Truth) -> tuple[Claim, ...]:
+        """What must be done to the thing; where none lay; whether one lay in something that opens; where one lay.
+
+        In between, rules of a town.
+        """
+        if truth.won:
+            return ()
+        game, verb = truth.game, TREATMENTS.get(truth.game.task)
+        thing = game.target
+        treat = (Treat(thing=thing, verb=verb),) if verb else ()
+        taken = [] if self._explores else self._taken(game)
+        if not taken:
+            return treat
+        house = self._planner_of(truth).engine.house
+        place = taken[0]
+        kept = {fact[2] for fact in game.start if fact[0] == "inreceptacle" and house.type[fact[1]] == f"{thing}type"}
+        holders = {house.type[each] for each in kept}
+        fitting = (house.type[each] for each in house.place if (house.type[each], f"{thing}type") in house.holds)
+        free = Counter(sorted(kind for kind in fitting if kind not in holders)).most_common()[-1:]
+        return (
+            *treat,
+            *(NotKept(thing=thing, place=kind.removesuffix("type")) for kind, _ in free),
+            (ShutIn if place in house.openable else InTheOpen)(thing=thing),
+            *self._rules(truth),
+            Kept(thing=thing, place=house.type[place].removesuffix("type")),
+        )
+
+    def _taken(self, game: Game) -> list[str]:
+        """The places from which a shortest plan from the start takes things that the task is about, in order."""
+        planner = self._planner if self._planner.game is game else Planner(game)
+        house = planner.engine.house
+        plan = [command.rpartition(" from ") for command in planner.plan(game.start) or ()]
+        return [house.id[place] for took, word, place in plan if word and took.split()[1] == game.target]
 
     def _forward(self, before: Truth, command: str) -> bool:
         """Whether a command is a step forward for an explorer."""
@@ -179,6 +223,15 @@ class AlfworldOracle(Oracle[Truth, Alfworld]):
             if gain is not None and gain <= 0:
                 return Avoid(action=command)
         return None
+
+    def _rules(self, truth: Truth) -> tuple[Claim, ...]:
+        """In a town, a type of receptacle in which the object of the task is not kept, and that in which it is."""
+        thing, law = truth.game.target, dict(truth.game.law)
+        if not law:
+            return ()
+        rules = [AlwaysKept(thing=thing, place=place) for place in keepers()[thing]]
+        wrong = [NotAlwaysKept(thing=thing, place=each.place) for each in rules if each.fits(truth) is False]
+        return *wrong[:1], *(each for each in rules if each.place == law[thing] and each.fits(truth))
 
     def importance(self, truth: Truth) -> float:
         """Commands that the worst next command costs more than the best one."""

@@ -1,12 +1,22 @@
 """The claims about commands, each checked by carrying them out in the lab and searching from there."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Sequence, Set
+from functools import lru_cache
+from typing import Annotated, Any, ClassVar
 
-from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Verdict, claim, opposed, slot
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Scope, Verdict, claim, opposed, slot
 from teachers.oracles.alfworld.search import IDLE, distance, thing_of, verb_of
+from teachers.rules import TownRule
 from worlds.alfworld import Alfworld, Truth
-from worlds.alfworld.exact import AGENT, NOTHING, ExactEngine
+from worlds.alfworld.exact import AGENT, NOTHING, USES, ExactEngine
+from worlds.alfworld.games import Game
+from worlds.alfworld.generated import keepers
 from worlds.alfworld.house import House, house_of
+from worlds.alfworld.plans import APPLIANCES
+
+
+def _article(name: str) -> str:
+    return f"{'an' if name[0] in 'aeiou' else 'a'} {name}"
 
 
 @claim
@@ -311,6 +321,135 @@ class NotForward(_Sighted):
 opposed(Forward, NotForward)
 
 
+@claim
+class Treat(Claim[Truth, Alfworld]):
+    """True if a `thing` counts where the task wants it put only if this was done to it before, such as `heat`."""
+
+    kind = FP
+    scope = Scope.WORLD
+    thing: str
+    verb: Annotated[str, (*USES,)]
+
+    def holds(self, moment: Moment[Truth], lab: Alfworld) -> bool:
+        """Put one there untreated, and treated."""
+        game = moment.after.game
+        engine, fact = ExactEngine(game), USES[self.verb][2]
+        house = engine.house
+        things = [each for each in house.objects if house.type[each] == f"{self.thing}type" and each in _lying(engine)]
+        ends = [each for each in house.receptacles if house.type[each] == f"{game.destination}type"]
+        if not things or not ends:
+            return False
+        put = {each for each in game.start if each[0] != "inreceptacle" or each[1] != things[0]}
+        put.add(("inreceptacle", things[0], ends[0]))
+        engine.load(frozenset(put))
+        before = engine.won()
+        engine.load(frozenset(put | {(fact, things[0])}))
+        return engine.won() and not before
+
+    def counterparts(self, moment: Moment[Truth], lab: Alfworld) -> Sequence[Claim]:
+        """Another treatment."""
+        return tuple(Treat(thing=self.thing, verb=verb) for verb in USES if verb != self.verb)
+
+    def excludes(self, other: Claim) -> bool:
+        """Another treatment."""
+        return isinstance(other, Treat) and other.verb != self.verb
+
+
+@claim
+class _Kept(Claim[Truth, Alfworld]):
+    """Base of claims about where a kind of thing lay when the task was given."""
+
+    scope = Scope.WORLD
+    thing: str
+    place: str
+    """Kind of receptacle, such as `drawer`."""
+
+    def counterparts(self, moment: Moment[Truth], lab: Alfworld) -> Sequence[Claim]:
+        """Name another kind of place that the house has."""
+        kinds = sorted({name.rpartition(" ")[0] for name in _contents(moment.after)} - {self.place})
+        return tuple(type(self)(thing=self.thing, place=kind) for kind in kinds)
+
+
+@claim
+class NotKept(_Kept):
+    """True if no `thing` lay in or on a `place`, of which the house has some, when the task was given."""
+
+    kind = FN
+
+    def holds(self, moment: Moment[Truth], lab: Alfworld) -> bool:
+        """Look into all of them."""
+        found = [things for name, things in _contents(moment.after).items() if name.rpartition(" ")[0] == self.place]
+        return bool(found) and not any(self.thing in things for things in found)
+
+
+@claim
+class Kept(_Kept):
+    """True if a `thing` lay in or on a `place` when the task was given."""
+
+    kind = FP
+    one, place_one = slot(_article, "thing"), slot(_article, "place")
+
+    def holds(self, moment: Moment[Truth], lab: Alfworld) -> bool:
+        """Look into all of them."""
+        return any(
+            self.thing in things
+            for name, things in _contents(moment.after).items()
+            if name.rpartition(" ")[0] == self.place
+        )
+
+    def excludes(self, other: Claim) -> bool:
+        """That there was none."""
+        return isinstance(other, NotKept) and (other.thing, other.place) == (self.thing, self.place)
+
+
+@claim
+class _Shut(Claim[Truth, Alfworld]):
+    """Base of claims about whether a kind of thing lay in something that has to be opened."""
+
+    scope = Scope.WORLD
+    kind = FP
+    thing: str
+    one = slot(_article, "thing")
+    opens: ClassVar[bool]
+
+    def holds(self, moment: Moment[Truth], lab: Alfworld) -> bool:
+        """Look into all that can be opened, or into all else."""
+        house = house_of(moment.after.game)
+        able = {house.name[each] for each in house.able_to("openable")}
+        return any(
+            self.thing in things and (name in able) == self.opens for name, things in _contents(moment.after).items()
+        )
+
+    def counterparts(self, moment: Moment[Truth], lab: Alfworld) -> Sequence[Claim]:
+        """The other."""
+        return ((InTheOpen if self.opens else ShutIn)(thing=self.thing),)
+
+
+@claim
+class ShutIn(_Shut):
+    """True if a `thing` lay in something that can be opened when the task was given."""
+
+    opens = True
+
+
+@claim
+class InTheOpen(_Shut):
+    """True if a `thing` lay where nothing has to be opened when the task was given."""
+
+    opens = False
+
+
+def _contents(truth: Truth) -> dict[str, list[str]]:
+    """The kinds of things in each place, by its name, when the task was given."""
+    engine = ExactEngine(truth.game)
+    name = engine.house.name
+    return {name[place]: [name[each].rpartition(" ")[0] for each in inside] for place, inside in engine.inside.items()}
+
+
+def _lying(engine: ExactEngine) -> set[str]:
+    return {each for inside in engine.inside.values() for each in inside}
+
+
 _OTHERS = 6
 
 
@@ -390,3 +529,87 @@ def _forward(lab: Alfworld, truth: Truth, command: str) -> bool:
 
 def _some(lab: Alfworld, truth: Truth, fits: Callable[[str], bool]) -> bool:
     return not truth.won and any(fits(each) and _gain(lab, truth, each) > 0 for each in _commands(lab, truth))
+
+
+@claim
+class _Keeping(TownRule[Truth, Alfworld]):
+    """Base of rules about where objects of a type are kept."""
+
+    thing: str
+    """Type of object, such as `mug`."""
+    place: str
+    """Type of receptacle, such as `cabinet`."""
+
+    def fits(self, truth: Truth) -> bool | None:
+        """Look where these objects are at the start."""
+        game = truth.game
+        places, lying = _strewn(game)
+        own = lying.get(self.thing)
+        if not own or self.place not in places or (self.thing == game.target and self.place in _barred(game)):
+            return None
+        return own == {self.place}
+
+    def counterparts(self, moment: Moment[Truth], lab: Alfworld) -> Sequence[Claim]:
+        """Another type of receptacle, of which houses of the town can tell."""
+        others = (type(self)(thing=self.thing, place=place) for place in keepers()[self.thing] if place != self.place)
+        return tuple(each for each in others if each.shown(moment, lab) - {None})
+
+
+@claim
+class AlwaysKept(_Keeping):
+    """True if in each house of the town that has a `place`, each `thing` is there at the start.
+
+    A `thing` that the task takes to such a place is excepted.
+    """
+
+    kind = FP
+
+    def means(self, moment: Moment[Truth], oracle: Any) -> bool:
+        """Read the law."""
+        return (self.thing, self.place) in moment.after.game.law
+
+    def excludes(self, other: Claim) -> bool:
+        """Another place, or the contrary."""
+        return (
+            isinstance(other, _Keeping)
+            and other.thing == self.thing
+            and isinstance(other, AlwaysKept) == (other.place != self.place)
+        )
+
+
+@claim
+class NotAlwaysKept(_Keeping):
+    """True if in some house of the town that has a `place`, a `thing` is not there at the start.
+
+    A `thing` that the task takes to such a place does not count.
+    """
+
+    kind = FN
+
+    def holds(self, moment: Moment[Truth], lab: Alfworld) -> bool:
+        """Look for such a house."""
+        return False in self.shown(moment, lab)
+
+    def means(self, moment: Moment[Truth], oracle: Any) -> bool:
+        """Read the law."""
+        law = moment.after.game.law
+        return bool(law) and (self.thing, self.place) not in law
+
+
+def _barred(game: Game) -> tuple[str, str]:
+    """The types of receptacles to which the task takes its objects, which are elsewhere at the start."""
+    return game.destination, APPLIANCES.get(game.task, ("",))[0].lower()
+
+
+@lru_cache(maxsize=2048)
+def _strewn(game: Game) -> tuple[Set[str], dict[str, set[str]]]:
+    """The types of receptacles of a house, and for each type of object those in which such objects are at the start."""
+    types = {fact[1]: fact[2].removesuffix("type") for fact in game.static if fact[0] in _TYPED}
+    lying: dict[str, set[str]] = {}
+    for fact in game.start:
+        if fact[0] == "inreceptacle":
+            lying.setdefault(types[fact[1]], set()).add(types[fact[2]])
+    return {types[fact[1]] for fact in game.static if fact[0] == "receptacletype"}, lying
+
+
+_TYPED = ("receptacletype", "objecttype")

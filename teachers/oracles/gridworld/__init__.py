@@ -1,5 +1,6 @@
 """The gridworld's oracle: shortest paths to the treasure from everywhere, every tie known."""
 
+from collections import Counter
 from collections.abc import Sequence, Set
 from typing import NamedTuple
 
@@ -13,14 +14,21 @@ from teachers.oracles.gridworld.claims import (
     Found,
     Go,
     Goal,
+    InRoom,
     Map,
     Moves,
     Nearer,
+    NextTo,
     NoNearer,
+    NotInRoom,
+    NoTreasuresIn,
+    NotTowards,
     Route,
     Treasure,
+    TreasuresIn,
     TriedInVain,
     TriedWell,
+    Within,
     walk,
 )
 from worlds.gridworld import (
@@ -33,6 +41,7 @@ from worlds.gridworld import (
     Layout,
     Truth,
     distances_from,
+    kind_of,
     look_around,
 )
 
@@ -40,6 +49,10 @@ _GO = tuple(Go(action=direction) for direction in DIRECTIONS)
 _AVOID = tuple(Avoid(action=direction) for direction in DIRECTIONS)
 _BASICS = (Goal(), Moves(), Answer(names=tuple(map(str, DIRECTIONS))))
 _TRIES = 3
+_NEAR = 3
+"""What is said of the moves to the treasure is a multiple of this."""
+_SOME = 3
+"""Number of types of rooms, among which is the one of a town's treasures, that a vague rule names."""
 _nearer, _no_nearer = fast_constructor(Nearer), fast_constructor(NoNearer)
 
 
@@ -132,6 +145,43 @@ class GridworldOracle(Oracle[Truth, Gridworld]):
             claims.append(_GO[good[0]])
         if FN in kinds and warnings:
             claims.append(warnings[moment.turn % len(warnings)])
+
+    def clues(self, truth: Truth) -> tuple[Claim, ...]:
+        """How near it is; a kind of room and a side where it is not; its kind of room; a room next to it.
+
+        In between, rules of a town.
+        """
+        room, found, layout = truth
+        if found:
+            return ()
+        kinds = [kind_of(name) for name in layout.names]
+        own = kinds[layout.treasure]
+        others = Counter(sorted(kind for kind in kinds if kind != own)).most_common(1)
+        path = self.plan(truth, len(kinds))
+        aside = [d for d in DIRECTIONS if path.count(d) <= path.count(DIRECTIONS[3 - d])]
+        open_ = [d for d in aside if layout.doors[room][d] != NO_DOOR]
+        beside = [behind for behind in layout.doors[layout.treasure] if behind != NO_DOOR]
+        few = min(beside, key=lambda behind: sum(door != NO_DOOR for door in layout.doors[behind]))
+        rules = self._rules(layout.law)
+        return (
+            *rules[:1],
+            Within(moves=-(-len(path) // _NEAR) * _NEAR),
+            *(NotInRoom(room=kind) for kind, _ in others),
+            NotTowards(side=(open_ or aside)[0]),
+            *rules[1:],
+            *(InRoom(room=own) for _ in others),  # said of houses with other kinds of rooms
+            NextTo(room=layout.names[few]),
+        )
+
+    def _rules(self, law: str) -> tuple[Claim, ...]:
+        """A type of room in which no treasures of a town lie, some in which they do, and the one."""
+        types = self.lab.options["room_types"]
+        if not law or len(types) == 1:
+            return ()
+        i = types.index(law)
+        following = (*types[i:], *types[:i])
+        some = (law, *following[1:_SOME]) if len(types) > _SOME else ()
+        return NoTreasuresIn(rooms=following[-1:]), *(TreasuresIn(rooms=each) for each in (some, (law,)) if each)
 
     def values(self, truth: Truth) -> tuple[float, ...]:
         """Per direction the negated number of moves that are needed afterwards; all 0 once the treasure is found."""

@@ -3,14 +3,18 @@
 from collections import deque
 from collections.abc import Sequence
 from itertools import combinations
+from typing import Annotated, Any
 
-from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Verdict, claim, opposed
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Scope, Verdict, claim, opposed, slot
+from teachers.rules import TownRule
+from teachers.spec import Range
 from worlds.gridworld import (
     DIRECTIONS,
     NO_DOOR,
     Direction,
     Gridworld,
     Truth,
+    kind_of,
 )
 
 
@@ -293,6 +297,178 @@ class Avoid(ActionClaim[Truth, Gridworld]):
     def counterparts(self, moment: Moment[Truth], lab: Gridworld) -> Sequence[Claim]:
         """Warn of another direction."""
         return tuple(Avoid(action=direction) for direction in DIRECTIONS if direction != self.action)
+
+
+@claim
+class NotTowards(Claim[Truth, Gridworld]):
+    """True if the room of the treasure, not yet found, lies no farther to this side of the house than the student."""
+
+    kind = FN
+    side: Direction
+
+    def holds(self, moment: Moment[Truth], lab: Gridworld) -> bool:
+        """Walk through the house, and count how far each room is to that side."""
+        truth = moment.after
+        ahead, seen, left = {self.side: 1, DIRECTIONS[3 - self.side]: -1}, {truth.room: 0}, [truth]
+        for here in left:
+            for direction in DIRECTIONS:
+                there = walk(lab, here, direction)
+                if there.room not in seen:
+                    seen[there.room] = seen[here.room] + ahead.get(direction, 0)
+                    left.append(there._replace(found=False))
+                if there.found:
+                    return not truth.found and seen[there.room] <= 0
+        return False
+
+    def counterparts(self, moment: Moment[Truth], lab: Gridworld) -> Sequence[Claim]:
+        """Name another side."""
+        return tuple(NotTowards(side=side) for side in DIRECTIONS if side != self.side)
+
+
+@claim
+class Within(Claim[Truth, Gridworld]):
+    """True if the treasure, not yet found, can be reached from here with at most `moves` moves."""
+
+    kind = FP
+    moves: Annotated[int, Range(1, 999)]
+
+    def holds(self, moment: Moment[Truth], lab: Gridworld) -> bool:
+        """Measure by breadth-first search."""
+        return not moment.after.found and _distance(moment.after) <= self.moves
+
+    def counterparts(self, moment: Moment[Truth], lab: Gridworld) -> Sequence[Claim]:
+        """Fewer moves."""
+        return tuple(Within(moves=moves) for moves in range(2, self.moves))
+
+
+@claim
+class _Kept(Claim[Truth, Gridworld]):
+    """Base of claims about the kind of room in which the treasure lies."""
+
+    scope = Scope.WORLD
+    room: str
+    """Kind of room, such as `kitchen`."""
+    one = slot(lambda room: f"{'an' if room[0].lower() in 'aeiou' else 'a'} {room}", "room")
+
+    def counterparts(self, moment: Moment[Truth], lab: Gridworld) -> Sequence[Claim]:
+        """Name another kind of room that the house has."""
+        kinds = sorted(set(map(kind_of, moment.after.layout.names)) - {self.room})
+        return tuple(type(self)(room=room) for room in kinds)
+
+
+@claim
+class InRoom(_Kept):
+    """True if the treasure lies in a room of this kind."""
+
+    kind = FP
+
+    def holds(self, moment: Moment[Truth], lab: Gridworld) -> bool:
+        """Look around in every room."""
+        return _where(moment.after, lab) == self.room
+
+    def excludes(self, other: Claim) -> bool:
+        """Another kind of room, or that it is not in one of this kind."""
+        return isinstance(other, _Kept) and (type(other) is InRoom) == (other.room != self.room)
+
+
+@claim
+class NotInRoom(_Kept):
+    """True if the treasure does not lie in a room of this kind, of which the house has some."""
+
+    kind = FN
+
+    def holds(self, moment: Moment[Truth], lab: Gridworld) -> bool:
+        """Look around in every room."""
+        there = self.room in map(kind_of, moment.after.layout.names)
+        return there and _where(moment.after, lab) != self.room
+
+
+@claim
+class NextTo(Claim[Truth, Gridworld]):
+    """True if a door of the named room leads to the treasure."""
+
+    kind = FP
+    scope = Scope.WORLD
+    room: str
+
+    def holds(self, moment: Moment[Truth], lab: Gridworld) -> bool:
+        """Go through the doors of the room."""
+        layout = moment.after.layout
+        if self.room not in layout.names:
+            return False
+        here = Truth(layout.names.index(self.room), False, layout)
+        return any(walk(lab, here, direction).found for direction in DIRECTIONS)
+
+    def counterparts(self, moment: Moment[Truth], lab: Gridworld) -> Sequence[Claim]:
+        """Name another room."""
+        return tuple(NextTo(room=room) for room in moment.after.layout.names if room != self.room)
+
+
+@claim
+class _Treasures(TownRule[Truth, Gridworld]):
+    """Base of rules about the types of rooms in which treasures lie."""
+
+    rooms: tuple[str, ...]
+    """Types of rooms, such as `kitchen`."""
+
+    @property
+    def listing(self) -> str:
+        """The types in words, such as `a kitchen or an attic`."""
+        *rest, last = [f"{'an' if room[0].lower() in 'aeiou' else 'a'} {room}" for room in self.rooms]
+        return f"{', '.join(rest)} or {last}" if rest else last
+
+    def counterparts(self, moment: Moment[Truth], lab: Gridworld) -> Sequence[Claim]:
+        """As many other types of rooms."""
+        types = lab.options["room_types"]
+        around = ((*types[i:], *types[:i])[: len(self.rooms)] for i in range(len(types)))
+        return tuple(type(self)(rooms=rooms) for rooms in around if rooms != self.rooms)
+
+
+@claim
+class TreasuresIn(_Treasures):
+    """True if in every house of the town the treasure lies in a room of one of these types."""
+
+    kind = FP
+
+    def fits(self, truth: Truth) -> bool:
+        """Look up the room of the treasure."""
+        return kind_of(truth.layout.names[truth.layout.treasure]) in self.rooms
+
+    def means(self, moment: Moment[Truth], oracle: Any) -> bool:
+        """Look up the type of room of the law."""
+        return moment.after.layout.law in self.rooms
+
+    def excludes(self, other: Claim) -> bool:
+        """Only other types, or that it is in none of these."""
+        if not isinstance(other, _Treasures):
+            return False
+        both = set(self.rooms) & set(other.rooms)
+        return not both if isinstance(other, TreasuresIn) else len(both) == len(self.rooms)
+
+
+@claim
+class NoTreasuresIn(_Treasures):
+    """True if in no house of the town the treasure lies in a room of one of these types."""
+
+    kind = FN
+
+    def fits(self, truth: Truth) -> bool:
+        """Look up the room of the treasure."""
+        return kind_of(truth.layout.names[truth.layout.treasure]) not in self.rooms
+
+    def means(self, moment: Moment[Truth], oracle: Any) -> bool:
+        """Look up the type of room of the law."""
+        law = moment.after.layout.law
+        return law != "" and law not in self.rooms
+
+
+def _where(truth: Truth, lab: Gridworld) -> str:
+    """The kind of room in which the treasure is seen."""
+    for room, name in enumerate(truth.layout.names):
+        lab.restore(Truth(room, False, truth.layout))
+        if lab.observe()["objects"][-1]:
+            return kind_of(name)
+    return ""
 
 
 def _in_words(room: str, doors: tuple[str, ...], objects: tuple[str, ...]) -> str:

@@ -9,13 +9,17 @@ from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment
 from teachers.common import Syntax
 from teachers.oracle import Oracle
 from teachers.oracles.metaworld.claims import (
+    AXES,
     NOTABLE,
     Aiming,
     Avoid,
+    Distance,
     Done,
     Driving,
     Goal,
+    Grips,
     Neared,
+    NoGrip,
     Off,
     RightGrip,
     RightPlace,
@@ -23,6 +27,7 @@ from teachers.oracles.metaworld.claims import (
     Strayed,
     TooLoose,
     TooTight,
+    Toward,
     TriedInVain,
     TriedWell,
     WellAimed,
@@ -35,6 +40,7 @@ from teachers.oracles.metaworld.claims import (
     slip_of,
 )
 from teachers.oracles.metaworld.corrections import aim_of
+from teachers.oracles.metaworld.purposes import HOLDING, OPEN, SHUT
 from worlds.metaworld import Aim, MetaWorld, Pose, Truth
 
 _TRIES = 3
@@ -152,6 +158,20 @@ class MetaWorldOracle(Oracle[Truth, MetaWorld]):
             if after - before >= NOTABLE and not solved:
                 return (Avoid(action=action, before=before, after=after),)
         return ()
+
+    def clues(self, truth: Truth) -> tuple[Claim, ...]:
+        """What the gripper is for; a side on which the hand is wanted; how far away."""
+        if truth.solved:
+            return ()
+        task, hand, place = self.lab.task, hand_of(truth), self._aim(truth).target
+        clues: list[Claim] = [NoGrip()] if task in OPEN else []
+        clues += [Grips(use=use) for use, tasks in (("hold", HOLDING), ("shut", SHUT)) if task in tasks]
+        offset, axis = max(
+            ((b - a, axis) for axis, a, b in zip(AXES, hand, place, strict=True)), key=lambda o: abs(o[0])
+        )
+        if abs(offset) > 0.02:
+            clues.append(Toward(axis=f"{'+' if offset > 0 else '-'}{axis}"))
+        return (*clues, Distance(centimetres=round(100 * math.dist(hand, place))))
 
     def importance(self, truth: Truth) -> float:
         """What is lost by sending the hand to the other side of where it is, the gripper wrong; 0 once it is solved."""

@@ -8,10 +8,10 @@ import math
 from collections.abc import Sequence
 from typing import Annotated, ClassVar
 
-from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Verdict, claim, opposed, slot
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Scope, Verdict, claim, opposed, slot
 from teachers.common import TryAgain
 from teachers.oracles.metaworld.corrections import aim_of, correction_for
-from teachers.oracles.metaworld.purposes import PURPOSES
+from teachers.oracles.metaworld.purposes import PURPOSES, USES
 from worlds.metaworld import REACH, Aim, MetaWorld, Pose, Truth
 
 Place = tuple[float, float, float]
@@ -513,6 +513,85 @@ class Avoid(_Posed):
         return (Avoid(action=action, before=self.before, after=self.after),)
 
 
+@claim
+class Grips(Claim[Truth, MetaWorld]):
+    """True if, in one play of this task, the script uses the gripper as `use` says.
+
+    It is `hold` if the gripper closes only after the hand has come near, and `shut` if it is closed from the start on.
+    """
+
+    kind = FP
+    scope = Scope.WORLD
+    use: Annotated[str, (*USES,)]
+    advice = slot(USES.__getitem__, "use")
+
+    def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
+        """Let the script play the task."""
+        return self.use == _gripping(lab)
+
+    def counterparts(self, moment: Moment[Truth], lab: MetaWorld) -> Sequence[Claim]:
+        """The other use."""
+        return tuple(Grips(use=use) for use in USES if use != self.use)
+
+
+@claim
+class NoGrip(Claim[Truth, MetaWorld]):
+    """True if, in one play of this task, the script never closes the gripper."""
+
+    kind = FN
+    scope = Scope.WORLD
+
+    def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
+        """Let the script play the task."""
+        return _gripping(lab) == ""
+
+    def counterparts(self, moment: Moment[Truth], lab: MetaWorld) -> Sequence[Claim]:
+        """That it is closed."""
+        return tuple(Grips(use=use) for use in USES)
+
+    def excludes(self, other: Claim) -> bool:
+        """That it is closed."""
+        return isinstance(other, Grips)
+
+
+@claim
+class Toward(Claim[Truth, MetaWorld]):
+    """True if the script wants the hand on this side of where it is, by more than 2 cm, give or take 1."""
+
+    kind = FP
+    axis: Annotated[str, SIGNED]
+    """With its sign, such as `+x`."""
+
+    def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
+        """Compute the place from the policy's command and gain."""
+        place, _ = commanded(moment.after, lab)
+        return not moment.after.solved and self.axis in directions(hand_of(moment.after), place, -0.01)
+
+    def counterparts(self, moment: Moment[Truth], lab: MetaWorld) -> Sequence[Claim]:
+        """The opposite side."""
+        return (Toward(axis=self.axis.translate(_OPPOSITE)),)
+
+    def excludes(self, other: Claim) -> bool:
+        """The opposite side."""
+        return other == Toward(axis=self.axis.translate(_OPPOSITE))
+
+
+_GRIPPING: dict[str, str] = {}
+
+
+def _gripping(lab: MetaWorld) -> str:
+    """One of `USES`, as the script plays a task, or empty if the gripper stays open; by the policy's commands."""
+    if lab.task not in _GRIPPING:
+        lab.reset(seed=0)
+        grips: list[bool] = []
+        while len(grips) < _PLAYED and not (truth := lab.truth).solved:
+            grips.append(commanded(truth, lab)[1] > _GRIP)
+            lab.advance(action_for(aim_of(lab, truth), truth, lab))
+        _GRIPPING[lab.task] = "" if not any(grips) else "shut" if grips[0] else "hold"
+    return _GRIPPING[lab.task]
+
+
+_PLAYED = 14  # turns
 _RIGHT: Errors = (0, 0, 0)
 _ROUNDING = 0.005 + CLOSE  # of advice
 _OPPOSITE = str.maketrans({"+": "-", "-": "+"})

@@ -53,3 +53,32 @@ PURPOSES = {
     "window-open-v3": "slide the window open",
 }
 """What solves each task, to complete "your task is to ..."."""
+
+USES = {
+    "hold": "open the gripper until the hand is where it is to take hold, and close it there",
+    "shut": "keep the gripper closed from the start on",
+}
+"""Uses of the gripper, as advice."""
+
+
+def _tasks(names: str) -> frozenset[str]:
+    return frozenset(f"{name}-v3" for name in names.split())
+
+
+HOLDING = _tasks(
+    "assembly basketball bin-picking box-close coffee-pull coffee-push disassemble hammer hand-insert "
+    "handle-pull-side peg-insert-side pick-place pick-place-wall push push-back push-wall shelf-place "
+    "stick-pull stick-push sweep"
+)
+"""Tasks in which the gripper closes on the way."""
+SHUT = _tasks(
+    "button-press-topdown button-press-wall dial-turn door-close door-open door-unlock drawer-close "
+    "faucet-close faucet-open handle-press-side handle-pull lever-pull plate-slide-back-side "
+    "plate-slide-side soccer window-close window-open"
+)
+"""Tasks in which the gripper is closed from the start on."""
+OPEN = _tasks(
+    "button-press button-press-topdown-wall coffee-button door-lock drawer-open handle-press "
+    "peg-unplug-side pick-out-of-hole plate-slide plate-slide-back reach reach-wall"
+)
+"""Tasks in which it is never closed."""

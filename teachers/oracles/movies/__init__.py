@@ -10,11 +10,14 @@ import numpy as np
 
 from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment, fast_constructor
 from teachers.oracle import Oracle
-from teachers.oracles.movies.checks import FOUND, found_words, wish_words
+from teachers.oracles.movies.checks import FOUND, NAMES, found_words, wish_words
 from teachers.oracles.movies.claims import (
     LISTED,
+    About,
     AgeGroup,
     AllFit,
+    AlwaysSays,
+    AlwaysWants,
     Ambiguous,
     Answer,
     AttributeFits,
@@ -37,10 +40,12 @@ from teachers.oracles.movies.claims import (
     TriedWell,
     Unrated,
     Wish,
+    WithinWishes,
 )
 from worlds.movies import (
     AGE,
     AGE_NAMES,
+    ATTRIBUTES,
     MAX_LENGTH,
     MAX_TITLES,
     PERIOD_NAMES,
@@ -57,6 +62,7 @@ from worlds.movies.catalogue import AGES, CERTIFICATES, PERIODS, Catalogue, Item
 
 _TRIES = 3
 _SHOWN = 3
+_SOME = 4  # one wish in so many is named, where there are many
 _ALL_FIT, _NOTHING, _GOAL, _RULES, _ANSWER = AllFit(), Nothing(), Goal(), Rules(), Answer(limit=MAX_TITLES)
 _AGE_GROUPS = tuple(AgeGroup(age=age, certificates=group) for age, group in zip(AGE_NAMES, AGES, strict=True))
 _fits, _attribute_fits = fast_constructor(Fits), fast_constructor(AttributeFits)
@@ -157,6 +163,20 @@ class MoviesOracle(Oracle[Truth, Movies]):
             if (label := items[i].label) not in used:
                 return label
         return items[self._fitting[0]].label
+
+    def clues(self, truth: Truth) -> tuple[Claim, ...]:
+        """What the wish that was not said is about, some wishes with it among them, and the rules of a town."""
+        profile, unsaid, (first, second), _, law = truth
+        names, wish = NAMES[unsaid], profile.words(unsaid).split(" or ")
+        others = [name for name in names if name not in wish]
+        begin = (7 * first + 31 * second) % max(1, len(others))  # each user gets others
+        count = max(1, len(names) // _SOME - len(wish))
+        some = {*wish, *(others[begin:] + others[:begin])[:count]}
+        listed = tuple(name for name in names if name in some)
+        within = (WithinWishes(attribute=unsaid, wishes=listed),) if len(listed) < len(names) else ()
+        always = AlwaysSays(attribute=ATTRIBUTES[ATTRIBUTES.index(unsaid) - 1])
+        rules = (always, AlwaysWants(attribute=unsaid, wish=profile.words(unsaid))) if law else ()
+        return About(attribute=unsaid), *within, *rules
 
     def importance(self, truth: Truth) -> float:
         """The reward of a list that fits minus that of one in which nothing fits: always 1."""

@@ -55,6 +55,14 @@ def leaves_one_out(lab: Movies, truth: Truth) -> bool:
     return uttered == sum(bool(truth.profile.words(attribute)) for attribute in NAMES) - 1
 
 
+def left_out(lab: Movies, truth: Truth) -> str:
+    """The attribute about which the user has a wish that the request does not utter."""
+    lab.restore(truth)
+    said = lab.step("[]")[0]
+    parts = zip(NAMES, ("type", "periods", "genres", "age"), strict=True)
+    return next(each for each, part in parts if truth.profile.words(each) and not np.any(said[part]))
+
+
 def tally(lab: Movies, moment: Moment[Truth], first: int) -> tuple[int, int]:
     """How many titles of the last list, from title `first` on, content the user when offered alone, and of how many."""
     titles = titles_of(moment.action)[first - 1 :] if moment.before is not None and first >= 1 else ()

@@ -3,12 +3,25 @@
 import json
 from collections.abc import Sequence
 from itertools import islice
-from typing import Annotated
+from typing import Annotated, Any
 
-from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, claim, slot
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, Scope, claim, slot
 from teachers.oracles.movies import checks
-from worlds.movies import AGE, AGE_NAMES, Movies, Truth, answer_of
-from worlds.movies.catalogue import AGES
+from teachers.rules import TownRule
+from worlds.movies import (
+    AGE,
+    AGE_NAMES,
+    ATTRIBUTES,
+    GENRE,
+    PERIOD_NAMES,
+    TYPE,
+    TYPE_NAMES,
+    YEAR,
+    Movies,
+    Truth,
+    answer_of,
+)
+from worlds.movies.catalogue import AGES, GENRES
 
 Attribute = Annotated[str, (*checks.NAMES,)]
 """What a title has and a user can have a wish for."""
@@ -343,6 +356,7 @@ class Seek(_Wished):
     """True if it is good to look for titles whose `attribute` is `wish`: the user wants them."""
 
     kind = FP
+    scope = Scope.WORLD
     commonplace = "the wishes stay the same from episode to episode, so that it stays true"
 
     def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
@@ -392,6 +406,7 @@ class AvoidTitle(_Title):
     """True if a title of the catalogue does not meet all wishes."""
 
     kind = FN
+    scope = Scope.WORLD
     commonplace = "nearly every title misses some wish; the warning rules out a single one"
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
@@ -409,6 +424,7 @@ class AvoidTrait(Claim[Truth, Movies]):
     """True if the catalogue has titles whose `attribute` is `trait`, and none of them meets all wishes."""
 
     kind = FN
+    scope = Scope.WORLD
     commonplace = "nearly every trait that titles share misses some wish; the warning rules out a single one"
     attribute: Attribute
     trait: str
@@ -421,6 +437,61 @@ class AvoidTrait(Claim[Truth, Movies]):
         """Warn of what is wished."""
         wished = checks.traits_wished(moment.after.profile)
         return tuple(AvoidTrait(attribute=attribute, trait=trait) for attribute, trait in wished)
+
+
+@claim
+class _Unsaid(Claim[Truth, Movies]):
+    """Base of claims about the wish that the request leaves out."""
+
+    scope = Scope.WORLD
+    attribute: Attribute
+
+
+@claim
+class About(_Unsaid):
+    """True if the wish that the request leaves out is about `attribute`."""
+
+    kind = FP
+
+    def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
+        """Read the request, and look for the wish that it lacks."""
+        return self.attribute == checks.left_out(lab, moment.after)
+
+    def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
+        """Another attribute."""
+        return tuple(About(attribute=each) for each in checks.NAMES if each != self.attribute)
+
+    def excludes(self, other: Claim) -> bool:
+        """That it is about something else."""
+        return isinstance(other, _Unsaid) and other.attribute != self.attribute
+
+
+@claim
+class WithinWishes(_Unsaid):
+    """True if the wish that the request leaves out is about `attribute`, and whatever it asks for is among `wishes`."""
+
+    kind = FP
+    wishes: tuple[str, ...]
+
+    @property
+    def listing(self) -> str:
+        """The wishes in words."""
+        return f"{', '.join(self.wishes[:-1])} and {self.wishes[-1]}"
+
+    def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
+        """Read the request, and look for the wish that it lacks."""
+        wish = moment.after.profile.words(self.attribute).split(" or ")
+        return self.attribute == checks.left_out(lab, moment.after) and set(wish) <= set(self.wishes)
+
+    def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
+        """As many others."""
+        others = [name for name in checks.NAMES[self.attribute] if name not in self.wishes]
+        return (WithinWishes(attribute=self.attribute, wishes=tuple(others[: len(self.wishes)])),) if others[1:] else ()
+
+    def excludes(self, other: Claim) -> bool:
+        """That it is about something else, or asks for nothing of these."""
+        apart = isinstance(other, WithinWishes) and not set(self.wishes) & set(other.wishes)
+        return apart or About(attribute=self.attribute).excludes(other)
 
 
 def _faults(moment: Moment[Truth], lab: Movies, item: int) -> tuple[AttributeMisses, ...]:
@@ -437,3 +508,53 @@ def _unfit(moment: Moment[Truth], lab: Movies, action: str, title: str) -> tuple
 
 
 _COUNTERPARTS = 3
+
+
+@claim
+class AlwaysWants(TownRule[Truth, Movies]):
+    """True if each request of the town's user leaves out the wish that `attribute` is `wish`."""
+
+    kind = FP
+    attribute: Attribute
+    wish: str
+
+    def fits(self, truth: Truth) -> bool:
+        """Read the wish that the request leaves out."""
+        return truth.unsaid == self.attribute and truth.profile.words(self.attribute) == self.wish
+
+    def means(self, moment: Moment[Truth], oracle: Any) -> bool:
+        """Read the wish of the law."""
+        _, unsaid, _, _, law = moment.after
+        return law is not None and unsaid == law.attribute and self.fits(moment.after)
+
+    def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
+        """Another single wish for the same attribute."""
+        words = {TYPE: TYPE_NAMES, YEAR: PERIOD_NAMES, GENRE: GENRES, AGE: AGE_NAMES}[self.attribute]
+        return tuple(AlwaysWants(attribute=self.attribute, wish=each) for each in words if each != self.wish)
+
+    def excludes(self, other: Claim) -> bool:
+        """Another wish, or that none about this attribute is left out."""
+        return isinstance(other, AlwaysWants | AlwaysSays) and (
+            other != self if isinstance(other, AlwaysWants) else other.attribute == self.attribute
+        )
+
+
+@claim
+class AlwaysSays(TownRule[Truth, Movies]):
+    """True if no request of the town's user leaves out a wish about `attribute`."""
+
+    kind = FN
+    attribute: Attribute
+
+    def fits(self, truth: Truth) -> bool:
+        """Look up what the request leaves out."""
+        return truth.unsaid != self.attribute
+
+    def means(self, moment: Moment[Truth], oracle: Any) -> bool:
+        """Look up what the wish of the law is about."""
+        law = moment.after.law
+        return law is not None and law.attribute != self.attribute
+
+    def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
+        """Another attribute."""
+        return tuple(AlwaysSays(attribute=each) for each in ATTRIBUTES if each != self.attribute)

@@ -9,13 +9,18 @@ from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment, fast_con
 from teachers.oracle import Oracle
 from teachers.oracles.optimization.claims import (
     FARTHER,
+    NAMES,
+    Along,
     Answer,
     Avoid,
+    Between,
     Cross,
     Fell,
     Goal,
     Helped,
     Hurt,
+    Near,
+    NoneBetween,
     Proposals,
     Reached,
     Rose,
@@ -61,6 +66,8 @@ ENOUGH = 0.1
 """Newton's step is taken if it leaves no more than this share of the loss that can be saved."""
 CLOSE = 1e-6
 """Points within this distance of a minimiser are not advised."""
+_EDGE = 1e-3
+"""Of a side of the domain, how close to an edge clues do not say where a minimiser is."""
 _TRIES = 3
 _PROPOSALS = Proposals()
 _fell, _rose = fast_constructor(Fell), fast_constructor(Rose)
@@ -154,6 +161,38 @@ class OptimizationOracle(Oracle[Truth, Optimization]):
                 if loss > y and _differ(loss, y):
                     claims.append(_avoid(point, y, loss))
                     break
+
+    def clues(self, truth: Truth) -> tuple[Claim, ...]:
+        """A half of the domain without a least loss; one with it; which way and how far it is; eighths with it."""
+        x, y, _ = truth
+        if y - self._minimum <= TOLERANCE:
+            return ()
+        lows, highs, best = self.lab.lows, self.lab.highs, self._nearest(x)
+        sides = [high - low for low, high in zip(lows, highs, strict=True)]
+        middle = lows[0] + sides[0] / 2
+        halves, edge = ((lows[0], middle), (middle, highs[0])), _EDGE * sides[0]
+        empty = [h for h in halves if not any(h[0] - edge <= m[0] <= h[1] + edge for m in self._minimisers)]
+        spans = [inward(*half) for half in empty]
+        clues: list[Claim] = [NoneBetween(name=NAMES[0], low=low, high=high) for low, high in spans]
+        clues += self._around(1, best, 2)
+        away, i = max((abs(best[i] - x[i]) / sides[i], i) for i in range(2))
+        if away > _EDGE:
+            clues.append(Along(name=NAMES[i], way="raise" if best[i] > x[i] else "lower"))
+        far = math.dist(x, best)
+        unit = 10 ** math.floor(math.log10(far))
+        clues.append(Near(radius=float(f"{next(n * unit for n in (2, 5, 10) if n * unit >= far):.1g}")))
+        return (*clues, *self._around(0, best, 8), *self._around(1, best, 8))
+
+    def _around(self, i: int, best: Point, parts: int) -> tuple[Between, ...]:
+        """Where a point is, in so many parts of a side of the domain; nothing if it is on an edge of its part."""
+        low, high = self.lab.lows[i], self.lab.highs[i]
+        width = (high - low) / parts
+        part = min(math.floor((best[i] - low) / width), parts - 1)
+        ends = low + part * width, low + (part + 1) * width
+        if any(abs(best[i] - end) < _EDGE * (high - low) and end not in (low, high) for end in ends):
+            return ()
+        begin, end = inward(ends[0], min(ends[1], high))
+        return (Between(name=NAMES[i], low=begin, high=end),)
 
     def _step(self, truth: Truth) -> tuple[Point, float] | None:
         """A point of less loss, with its loss; if there is none, a point behind which the loss is less."""

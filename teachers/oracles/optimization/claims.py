@@ -2,12 +2,14 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from itertools import product
+from math import dist
 from typing import Annotated, Any, TypeVar
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import numpy.typing as npt
 
-from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Grounded, Moment, Verdict, claim, opposed, slot
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Grounded, Moment, Scope, Verdict, claim, opposed, slot
 from worlds.actions import inward
 from worlds.optimization import Landscape, Optimization, Point, Truth
 
@@ -15,8 +17,10 @@ NumbersT = TypeVar("NumbersT", float, npt.NDArray[np.float64])
 """A number, or an array of them."""
 NAMES = ("x1", "x2")
 """The coordinates."""
-WAYS = tuple(f"{one} x1 and {other} x2" for one, other in product(("raise", "lower", "leave"), repeat=2))
+COURSES = tuple(f"{one} x1 and {other} x2" for one, other in product(("raise", "lower", "leave"), repeat=2))
 """What can become of both."""
+WAYS = {"raise": 1, "lower": -1}
+"""Per change of a coordinate, its sign."""
 
 
 def proposed(lab: Optimization, truth: Truth, point: Point) -> float:
@@ -95,6 +99,38 @@ def minimiser_of(lab: Optimization, truth: Truth) -> Point:
     return Landscape(lab.loss, truth.shift).minimisers()[0]
 
 
+_FOUND: WeakKeyDictionary[Optimization, dict[Point, tuple[Point, ...]]] = WeakKeyDictionary()  # of the last shifts
+
+
+def minima(lab: Optimization, truth: Truth) -> tuple[Point, ...]:
+    """The points of least loss, found by proposals alone: from all points of a grid downwards."""
+    known = _FOUND.setdefault(lab, {})
+    if truth.shift not in known:
+        if len(known) >= _KEPT:
+            known.clear()
+        ends = (_descend(lab, truth, point) for point in grid(lab))
+        known[truth.shift] = tuple(dict.fromkeys(end for end in ends if succeeds(lab, truth, end)))
+    return known[truth.shift]
+
+
+def _descend(lab: Optimization, truth: Truth, start: Point) -> Point:
+    """The point of a local minimum of the loss, from a triangle as large as a cell of the grid."""
+    from scipy.optimize import minimize  # slow to import
+
+    spans = zip(start, lab.lows, lab.highs, strict=True)
+    one, two = (x + (high - low) / (_SIDE - 1) * (1 if 2 * x < low + high else -1) for x, low, high in spans)
+    found = minimize(
+        lambda x: proposed(lab, truth, (float(x[0]), float(x[1]))),
+        start,
+        method="Nelder-Mead",
+        bounds=list(zip(lab.lows, lab.highs, strict=True)),
+        options={"initial_simplex": [start, (one, start[1]), (start[0], two)], "xatol": 1e-7, "fatol": 1e-10},
+    )
+    return float(found.x[0]), float(found.x[1])
+
+
+_KEPT = 16
+_SLACK = 1e-4  # of a side of the domain: where `minima` may be
 _SIDE = 9
 FARTHER = 1000
 """Points that are tried in the next quarter of a way."""
@@ -338,7 +374,7 @@ opposed(Helped, Hurt)
 class _Course(_Targeted):
     """Base of advice whose phrases also name the directions."""
 
-    ways: Annotated[str, WAYS]
+    ways: Annotated[str, COURSES]
     """What becomes of the coordinates, such as `raise x1 and lower x2`."""
     now: float
     loss: float
@@ -409,7 +445,7 @@ class Way(Grounded[Truth, Optimization]):
     """True if a point in these directions has a loss below `now`, which is that of the last proposal."""
 
     kind = FP
-    ways: Annotated[str, WAYS]
+    ways: Annotated[str, COURSES]
     """What becomes of the coordinates, such as `raise x1 and lower x2`."""
     now: float
 
@@ -481,6 +517,96 @@ class Avoid(_Targeted):
         low, high = corners_of(lab)[0], corners_of(lab)[-1]
         points = [moved_inside(lab, (2 * x[0] - self.action[0], 2 * x[1] - self.action[1])), between(low, high, 0.5)]
         return tuple(Avoid(action=point, now=self.now, loss=self.loss) for point in points if point != self.action)
+
+
+@claim
+class _Span(Claim[Truth, Optimization]):
+    """Base of claims about where points of least loss are."""
+
+    scope = Scope.WORLD
+    name: Annotated[str, NAMES]
+    """`x1` or `x2`."""
+    low: float
+    high: float
+
+    def inside(self, moment: Moment[Truth], lab: Optimization, slack: float) -> bool:
+        """Whether some point of least loss is within the bounds, or up to `slack` of a side of the domain outside."""
+        i = NAMES.index(self.name)
+        slack *= lab.highs[i] - lab.lows[i]
+        return any(self.low - slack <= point[i] <= self.high + slack for point in minima(lab, moment.after))
+
+    def counterparts(self, moment: Moment[Truth], lab: Optimization) -> Sequence[Claim]:
+        """Other bounds, as far apart."""
+        i, width = NAMES.index(self.name), self.high - self.low
+        spans = ((low, low + width) for low in (lab.lows[i], lab.highs[i] - width))
+        spans = (inward(max(low, lab.lows[i]), min(high, lab.highs[i])) for low, high in spans)
+        return tuple(type(self)(name=self.name, low=low, high=high) for low, high in spans if low != self.low)
+
+
+@claim
+class NoneBetween(_Span):
+    """True if at no point of least loss this coordinate is between these bounds."""
+
+    kind = FN
+
+    def holds(self, moment: Moment[Truth], lab: Optimization) -> bool:
+        """Search by proposals."""
+        return not self.inside(moment, lab, -_SLACK)
+
+
+@claim
+class Between(_Span):
+    """True if at some point of least loss this coordinate is between these bounds."""
+
+    kind = FP
+
+    def holds(self, moment: Moment[Truth], lab: Optimization) -> bool:
+        """Search by proposals."""
+        return self.inside(moment, lab, _SLACK)
+
+    def excludes(self, other: Claim) -> bool:
+        """That it is not between bounds which enclose these."""
+        if not isinstance(other, NoneBetween) or other.name != self.name:
+            return False
+        return other.low <= self.low and self.high <= other.high
+
+
+@claim
+class Along(Claim[Truth, Optimization]):
+    """True if some point of least loss has a greater value of this coordinate than the last proposal, or a smaller one.
+
+    It is greater if `way` is `raise`, and smaller if it is `lower`.
+    """
+
+    kind = FP
+    name: Annotated[str, NAMES]
+    way: Annotated[str, (*WAYS,)]
+
+    def holds(self, moment: Moment[Truth], lab: Optimization) -> bool:
+        """Search by proposals."""
+        i, sign = NAMES.index(self.name), WAYS[self.way]
+        return any(sign * (point[i] - moment.after.x[i]) > 0 for point in minima(lab, moment.after))
+
+    def counterparts(self, moment: Moment[Truth], lab: Optimization) -> Sequence[Claim]:
+        """The other way."""
+        return tuple(Along(name=self.name, way=way) for way in WAYS if way != self.way)
+
+
+@claim
+class Near(Claim[Truth, Optimization]):
+    """True if some point of least loss is no farther than `radius` from the last proposal."""
+
+    kind = FP
+    radius: float
+
+    def holds(self, moment: Moment[Truth], lab: Optimization) -> bool:
+        """Search by proposals."""
+        slack = _SLACK * dist(lab.lows, lab.highs)
+        return any(dist(moment.after.x, point) <= self.radius + slack for point in minima(lab, moment.after))
+
+    def counterparts(self, moment: Moment[Truth], lab: Optimization) -> Sequence[Claim]:
+        """A smaller radius."""
+        return tuple(Near(radius=self.radius / share) for share in (5, 10))
 
 
 def _improves(moment: Moment[Truth], oracle: Any, fits: Callable[[Point], bool]) -> bool:

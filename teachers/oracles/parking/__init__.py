@@ -21,6 +21,7 @@ from teachers.oracles.parking.claims import (
     Farther,
     Goal,
     Hazards,
+    LineUp,
     Manoeuvre,
     Nearer,
     OnCourse,
@@ -29,6 +30,8 @@ from teachers.oracles.parking.claims import (
     Trap,
     TriedInVain,
     TriedWell,
+    TurnBy,
+    Within,
 )
 from teachers.oracles.parking.driving import solve
 from teachers.oracles.parking.field import MARGIN, gain_of
@@ -50,6 +53,8 @@ def _solved(spot: Spot, parked: tuple[Car, ...], car: tuple[float, float, float,
 _TRIES = 2
 _LOST = 100.0  # regret of a crash, in turns
 _WASTE = 2  # least number of turns by which a plan must grow for negative hindsight
+_ROUND = 10  # what is said of the number of actions is a multiple of this
+_BEFORE = 12.0  # m; so far before the spot a car can line up with it
 _NEWS = 0.05  # least change of distance, in m, for a claim
 _EXTREMES = tuple(product((1.0, -1.0), (0.0, 1.0, -1.0)))
 _CONTROLS = Controls(seconds=0.2, acceleration=5.0, degrees=45.0)
@@ -214,6 +219,21 @@ class ParkingOracle(Oracle[Truth, Parking]):
                 continue
             elif not can_stop(ground, there, -1) or not self._stops(after_action(self.lab, truth, action)):
                 yield Trap(action=action)
+
+    def clues(self, truth: Truth) -> tuple[Claim, ...]:
+        """How far to turn, how many actions it takes, and from where it is straight ahead."""
+        if truth.car.crashed or self._is_parked(truth):
+            return ()
+        x, y, heading = truth.spot
+        clues: list[Claim] = []
+        turn = math.remainder(heading - truth.car.heading, math.tau)
+        if degrees := 30 * round(math.degrees(abs(turn)) / 30):
+            clues.append(TurnBy(side="right" if turn > 0 else "left", degrees=degrees))
+        if way := self._way(truth):
+            ground = Drive(action=way[0], rest=way[1:])
+            clues.append(Within.on(ground, count=-(-len(way) // _ROUND) * _ROUND))
+        before = x - _BEFORE * math.cos(heading), y - _BEFORE * math.sin(heading)
+        return (*clues, LineUp(x=round(before[0], 2), y=round(before[1], 2), degrees=round(math.degrees(heading), 1)))
 
     def importance(self, truth: Truth) -> float:
         """In turns: the regret of a crash if some action leads to one, else 1; 0 if the car is parked or crashed."""

@@ -14,6 +14,10 @@ WHEELS = ("turn the wheel to the left", "hold the wheel straight", "turn the whe
 """Positions of the wheel in words."""
 
 
+SIDES = {"left": -1, "right": 1}
+"""Per side of the driver the sign of angles to it."""
+
+
 def after_action(lab: Parking, truth: Truth, action: Action) -> Truth:
     """The truth after an action in the simulator."""
     lab.restore(truth)
@@ -91,10 +95,16 @@ def _without_cars(truth: Truth) -> Truth:
     return truth._replace(parked=tuple(other._replace(x=1e3 + 9 * i) for i, other in enumerate(truth.parked)))
 
 
+def _whole(truth: Truth) -> Truth:
+    """The truth with a car that has not crashed."""
+    return truth._replace(car=truth.car._replace(impact=None, crashed=False))
+
+
 def parks_within(lab: Parking, truth: Truth, spot: tuple[float, float, float], tolerance: float) -> bool:
     """Whether a car is parked exactly where its misfit is below the tolerance, tested in many poses near a spot."""
     x, y, goal = spot
     out = -math.copysign(1.0, y)  # away from the wall
+    truth = _whole(truth)
     alone = _without_cars(truth)
     turns = (0.0, 0.1, -0.3, 0.5, math.pi)
     for dx, dy, turn in product((0.0, 0.4, -0.9, 1.3, 1.5), (0.0, 1.0, 2.5, 4.0, 4.9), turns):
@@ -110,6 +120,7 @@ def parks_within(lab: Parking, truth: Truth, spot: tuple[float, float, float], t
 def stands_at(lab: Parking, truth: Truth, wall_x: float, wall_y: float) -> bool:
     """Whether a car crashes if it overlaps walls at these coordinates, not just before them; and in each other car."""
     x, y = wall_x - LENGTH / 2, wall_y - LENGTH / 2
+    truth = _whole(truth)
     alone = _without_cars(truth)
     for side, turn in product((1, -1), (0.0, math.pi)):
         for along, crash in ((-0.01, False), (0.01, True)):
@@ -130,6 +141,7 @@ def obeys(lab: Parking, truth: Truth, seconds: float, acceleration: float, angle
         acceleration: that of 1, in m/s2.
         angle: that of 1, in radians.
     """
+    truth = _whole(truth)
     middle = truth.car._replace(x=0.0, y=0.0, heading=0.0, speed=0.0)
     for share in (-1.0, -0.5, 0.5, 1.0):
         after = after_action(lab, truth._replace(car=middle), (share, 0.0))
@@ -173,3 +185,22 @@ def opposites(action: Action) -> tuple[Action, ...]:
     """Plausible actions that are very different from this one."""
     pedal, wheel = (-1.0 if share > 0 else 1.0 for share in action)
     return (pedal, wheel), (pedal, action[1]), (0.0, 0.0)
+
+
+def turn_to_spot(lab: Parking, truth: Truth) -> float:
+    """The turn from the car's heading to that of a car in the spot, -180 to 180 degrees, as the world shows them."""
+    lab.restore(truth)
+    seen = lab.observe()
+    (cos, sin), (wanted_cos, wanted_sin) = (seen[part][-2:].tolist() for part in ("observation", "desired_goal"))
+    return math.degrees(math.atan2(wanted_sin * cos - wanted_cos * sin, wanted_cos * cos + wanted_sin * sin))
+
+
+def leads_in(lab: Parking, truth: Truth, pose: tuple[float, float, float]) -> bool:
+    """Whether a car that stands in this pose is parked by driving straight ahead."""
+    x, y, heading = pose
+    truth = _whole(truth)
+    there = truth._replace(car=truth.car._replace(x=x, y=y, heading=heading, speed=0.0))
+    return _drive_out(lab, there, ((0.5, 0.0),) * _STRAIGHT) > 0
+
+
+_STRAIGHT = 20  # actions, which lead 20 m far

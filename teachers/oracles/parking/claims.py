@@ -2,11 +2,27 @@
 
 import math
 from collections.abc import Sequence
-from typing import Annotated
+from typing import Annotated, Any
 
-from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Verdict, claim, opposed, slot
+from teachers.atoms import (
+    FN,
+    FP,
+    HN,
+    HP,
+    ActionClaim,
+    Claim,
+    Grounded,
+    Moment,
+    PlanClaim,
+    Scope,
+    Verdict,
+    claim,
+    opposed,
+    slot,
+)
 from teachers.oracles.parking.checks import (
     PEDALS,
+    SIDES,
     WHEELS,
     after_action,
     crashes,
@@ -14,12 +30,14 @@ from teachers.oracles.parking.checks import (
     dooms,
     effort_of,
     fails,
+    leads_in,
     obeys,
     opposites,
     parks,
     parks_within,
     pedal_words,
     stands_at,
+    turn_to_spot,
     wheel_words,
     write,
 )
@@ -408,3 +426,66 @@ class Detour(_Named):
     def counterparts(self, moment: Moment[Truth], lab: Parking) -> Sequence[Claim]:
         """The claim of a crash."""
         return (Crash(action=self.action),)
+
+
+@claim
+class TurnBy(Claim[Truth, Parking]):
+    """True if the car's heading is so far, to 15 degrees, from that of a car in the spot, to this side."""
+
+    kind = FP
+    side: Annotated[str, (*SIDES,)]
+    degrees: Annotated[int, Range(0, 360)]
+
+    def holds(self, moment: Moment[Truth], lab: Parking) -> bool:
+        """Read both headings off the observation."""
+        turn = turn_to_spot(lab, moment.after)
+        return abs(math.remainder(turn - SIDES[self.side] * self.degrees, 360)) <= _CLOSE
+
+    def counterparts(self, moment: Moment[Truth], lab: Parking) -> Sequence[Claim]:
+        """The other side."""
+        return tuple(TurnBy(side=side, degrees=self.degrees) for side in SIDES if side != self.side)
+
+    def excludes(self, other: Claim) -> bool:
+        """Another turn."""
+        return isinstance(other, TurnBy) and other != self
+
+
+@claim
+class Within(Grounded[Truth, Parking]):
+    """True if at most so many actions are enough to park the car: its ground is the advice that begins them."""
+
+    kind = FP
+    count: Annotated[int, Range(1, 999)]
+
+    def holds(self, moment: Moment[Truth], lab: Parking) -> bool:
+        """Drive them."""
+        return len(self._ground.whole) <= self.count and self.stands(moment, lab)
+
+    def means(self, moment: Moment[Truth], oracle: Any) -> bool:
+        """Look for a way."""
+        return 0 < len(oracle.plan(moment.after, self.count + 1)) <= self.count
+
+
+@claim
+class LineUp(Claim[Truth, Parking]):
+    """True if a car that stands here, with this heading, gets into the spot without turning the wheel."""
+
+    kind = FP
+    scope = Scope.WORLD
+    x: float
+    y: float
+    degrees: float
+
+    def holds(self, moment: Moment[Truth], lab: Parking) -> bool:
+        """Put the student's car there, and drive straight ahead."""
+        return leads_in(lab, moment.after, (self.x, self.y, math.radians(self.degrees)))
+
+    def counterparts(self, moment: Moment[Truth], lab: Parking) -> Sequence[Claim]:
+        """A place in front of another spot, or heading away."""
+        return (
+            LineUp(x=self.x + 12.0, y=self.y, degrees=self.degrees),
+            LineUp(x=self.x, y=self.y, degrees=self.degrees + 180.0),
+        )
+
+
+_CLOSE = 15 + 1e-6  # degrees

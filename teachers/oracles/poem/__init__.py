@@ -14,14 +14,17 @@ from teachers.oracles.poem.claims import (
     Answer,
     AvoidCount,
     AvoidLines,
+    Count,
     Counting,
     Empty,
     FreeGoal,
     Goal,
+    LinesLeft,
     LinesRight,
     Repeat,
     Shorten,
     Solution,
+    Total,
     TriedInVain,
     TriedWell,
     WrongLine,
@@ -128,6 +131,19 @@ class PoemOracle(Oracle[Truth, Poem]):
             else:
                 line = moment.turn % len(pattern) + 1
                 claims.append(_avoid_count(line, pattern[line - 1] + 1))
+
+    def clues(self, truth: Truth) -> tuple[Claim, ...]:
+        """The number of lines that are wrong, all syllables together, then each line's."""
+        lines, pattern = lines_of(truth.draft), truth.pattern
+        wanted = truth.demands(len(lines))
+        wrong = sum(not fits(words, number) for words, number in zip(lines, wanted, strict=False))
+        if wanted and not wrong:
+            return ()
+        return (
+            *((LinesLeft(lines=wrong),) if wanted else ()),
+            *(() if truth.free else (Total(syllables=sum(pattern)),)),
+            *(Count(line=line, syllables=number) for line, number in enumerate(pattern, 1)),
+        )
 
     def importance(self, truth: Truth) -> float:
         """The reward of a right poem minus that of an all wrong one: always 1."""

@@ -13,6 +13,7 @@ from teachers.atoms import (
     EditClaim,
     Grounded,
     Moment,
+    Scope,
     Verdict,
     claim,
     opposed,
@@ -388,6 +389,7 @@ class Count(Claim[Truth, Poem]):
     """True if line `line` must have so many syllables."""
 
     kind = FP
+    scope = Scope.WORLD
     line: Line
     syllables: int
     amount = slot(syllables_of, "syllables")
@@ -450,6 +452,7 @@ class AvoidCount(Claim[Truth, Poem]):
     """True if line `line` must not be one of `counted` syllables: it must have another number of them."""
 
     kind = FN
+    scope = Scope.WORLD
     commonplace = "nearly every number of syllables is wrong; the warning rules out a single one"
     line: Line
     counted: int
@@ -469,6 +472,7 @@ class AvoidLines(Claim[Truth, Poem]):
     """True if the poem must not have `lines` lines, at least one."""
 
     kind = FN
+    scope = Scope.WORLD
     commonplace = "nearly every number of lines is wrong; the warning rules out a single one"
     lines: int
     length = slot(length_of, "lines")
@@ -482,6 +486,50 @@ class AvoidLines(Claim[Truth, Poem]):
     def counterparts(self, moment: Moment[Truth], lab: Poem) -> Sequence[Claim]:
         """Warn of the required number."""
         return (AvoidLines(lines=len(moment.after.pattern)),)
+
+
+@claim
+class LinesLeft(Claim[Truth, Poem]):
+    """True if just so many lines of the last poem, which has the right number of lines, must have other syllables."""
+
+    kind = FP
+    lines: Annotated[int, Range(0, 99)]
+    length = slot(length_of, "lines")
+
+    def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
+        """Offer each line as a poem of its own."""
+        truth = moment.after
+        lines = lines_of(truth.draft)
+        wrong = sum(not plays(lab, words, required_of(truth, i)) for i, words in enumerate(lines, 1))
+        return bool(truth.demands(len(lines))) and wrong == self.lines
+
+    def counterparts(self, moment: Moment[Truth], lab: Poem) -> Sequence[Claim]:
+        """Another number."""
+        return tuple(LinesLeft(lines=number) for number in near(self.lines) if number)
+
+
+@claim
+class Total(Claim[Truth, Poem]):
+    """True if a right poem, whose number of lines is given, has so many syllables."""
+
+    kind = FP
+    scope = Scope.WORLD
+    syllables: int
+    amount = slot(syllables_of, "syllables")
+
+    def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
+        """Offer lines of growing length."""
+        return not moment.after.free and sum(_needs(moment.after, lab)) == self.syllables
+
+    def counterparts(self, moment: Moment[Truth], lab: Poem) -> Sequence[Claim]:
+        """Another number."""
+        return tuple(Total(syllables=number) for number in near(self.syllables) if number)
+
+
+def _needs(truth: Truth, lab: Poem) -> list[int]:
+    """Per line the number of syllables with which it is right."""
+    each = (required_of(truth, line) for line in range(1, len(truth.pattern) + 1))
+    return [next(n for n in range(1, required + 2) if plays(lab, filler(n), required)) for required in each]
 
 
 def _faults(moment: Moment[Truth], line: int) -> tuple[Claim, ...]:

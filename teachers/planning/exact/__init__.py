@@ -12,7 +12,7 @@ import numpy as np
 from teachers.atoms import FN, FP, Claim, FeedbackType, Moment, fast_constructor
 from teachers.common import Syntax
 from teachers.oracle import Oracle
-from teachers.planning.canonical import own_state
+from teachers.planning.contents import certain_contents, check_recurs
 from teachers.planning.exact.atlas import Atlas
 from teachers.planning.exact.claims import (
     Avoid,
@@ -39,6 +39,7 @@ from teachers.planning.planner import Planned, Planner, PlanningError, check_ste
 from teachers.planning.transitions import Transitions
 from teachers.spec import is_count
 from worlds.wrapped.gym_world import GymWorld, Position, faithful
+from worlds.wrapped.snapshots import copied
 
 _Env = gymnasium.Env[Any, Any]
 _TRIES = 3  # of actions before the episode
@@ -116,15 +117,15 @@ class Exact(Planner):
         Raises:
             PlanningError: it finds too much, or nothing sure.
         """
-        state = self.state or own.state
-        if state is None:
+        if self.state is not None:
+            state = self.state
+        else:
             try:
-                state = own_state(env)
+                state = own.state or certain_contents(env)
+                check_recurs(env, state)
             except PlanningError as error:
                 raise PlanningError(f"{why}; {error}") from None
-        if own.endless and self.state is None:
-            raise PlanningError(f"{why}; and its states are real numbers, too many to explore")
-        if not faithful(env):
+        if not faithful(env, copied):
             raise PlanningError(f"{why}; and its copies do not continue like the original")
         fading = None if own.fading is None else own.fading(env)
         if fading is not None and self.gamma is not None:

@@ -1,6 +1,5 @@
 """Transitions by exploration: all states that can be reached, by copies of the environment."""
 
-import copy
 from collections import deque
 from collections.abc import Callable, Hashable, Iterator
 from itertools import count as count_up
@@ -11,16 +10,17 @@ import gymnasium
 import numpy as np
 
 from teachers.planning import cache
+from teachers.planning.contents import HINT, Contents
 from teachers.planning.exact.tables import action_count
 from teachers.planning.known import State
 from teachers.planning.planner import PlanningError
 from teachers.planning.progress import ProgressBar
 from teachers.planning.transitions import Transition, Transitions
-from worlds.wrapped.snapshots import draws, shake
+from worlds.wrapped.snapshots import copied, draws, shake
 
 _Env = gymnasium.Env[Any, Any]
 _SAMPLED = 50  # states in which a step is repeated, with other random numbers and from another way there
-_LUCK = 30  # other random numbers, with which a step that draws some is repeated
+_LUCK, _LATER = 30, 2  # other random numbers, with which a step that draws some is repeated there, and elsewhere
 _WALK = 200  # steps by which a stored table is tried
 _WAYS = 20  # to rewards, by which it is tried, too
 _CLOSE = 1e-9  # rewards that differ by less are equal
@@ -45,7 +45,7 @@ def explored(
 def _agrees(env: _Env, state: State, turn: int, share: Callable[[int], float], limit: int, found: Transitions) -> bool:
     """Whether a random walk, and ways to rewards, give what a stored table says."""
     rng, count = np.random.default_rng(0), action_count(env)
-    there, now = copy.deepcopy(env), turn
+    there, now = copied(env), turn
     for _ in range(_WALK):
         row = found.get(key := state(there), ())
         action = int(rng.integers(count))
@@ -56,7 +56,7 @@ def _agrees(env: _Env, state: State, turn: int, share: Callable[[int], float], l
             return False
         now += 1
         if transition.state is None or share(now) <= 0:
-            there, now = copy.deepcopy(env), turn
+            there, now = copied(env), turn
     return key in found and all(
         _goes(env, state, turn, share, limit, found, way) for way in islice(_ways_to_rewards(found, state(env)), _WAYS)
     )
@@ -72,7 +72,7 @@ def _goes(
     way: tuple[int, ...],
 ) -> bool:
     """Whether actions give what a stored table says."""
-    there = copy.deepcopy(env)
+    there = copied(env)
     for now, action in enumerate(way, turn):
         if share(now) <= 0:
             break
@@ -136,7 +136,7 @@ def _explore(
     count = action_count(env)
     found: dict[Hashable, list[list[Transition]]] = {}
     ended: set[Hashable] = set()
-    queue = deque([(copy.deepcopy(env), state(env), turn)])
+    queue = deque([(copied(env), state(env), turn)])
     seen = {queue[0][1]}
     lucks = count_up()
     again: list[tuple[_Env, Hashable, int]] = []  # states that were reached by another way
@@ -144,10 +144,11 @@ def _explore(
         here, key, now = queue.popleft()
         rows = found[key] = []
         for action in range(count):
-            there = copy.deepcopy(here)
+            there = copied(here)
+            before = draws(there)
             transition, after = _step(there, action, state, share(now), now + 1 < limit)
-            if len(found) <= _SAMPLED:
-                _check_certain(here, action, state, share(now), now + 1 < limit, transition, lucks)
+            tries = _LUCK if len(found) <= _SAMPLED else _LATER if draws(there) != before else 0
+            _check_certain(here, action, state, share(now), now + 1 < limit, transition, islice(lucks, tries))
             rows.append([transition])
             if transition.state is None:
                 ended.add(after)
@@ -158,14 +159,20 @@ def _explore(
                 again.append((there, after, now + 1))
         bar.show(len(found), len(seen))
         if len(seen) > states or bar.seconds > seconds:
+            counts = state.counts if isinstance(state, Contents) else ()
             raise PlanningError(
                 f"more than {len(seen) - 1:,} states can be reached, {len(found):,} of which were explored in "
-                f"{bar.seconds:.0f} s; the bounds are states={states:,} and seconds={seconds:g}; pass other ones, as "
-                f"in oracle='exact(states={2 * states}, seconds={2 * seconds:g})'"
+                f"{bar.seconds:.0f} s; the bounds are states={states:,} and seconds={seconds:g}; "
+                + (
+                    f"the environment counts steps in {', '.join(counts)}, so that no state comes twice; if the count "
+                    f"decides nothing, {HINT}, and without the count"
+                    if counts
+                    else f"pass other ones, as in oracle='exact(states={2 * states}, seconds={2 * seconds:g})'"
+                )
             )
     for there, key, now in again:
         for action in range(count):
-            transition, _ = _step(copy.deepcopy(there), action, state, share(now), now + 1 < limit)
+            transition, _ = _step(copied(there), action, state, share(now), now + 1 < limit)
             if not _same(transition, found[key][action][0]):
                 raise PlanningError(
                     f"two states have the same key and differ: action {action} led to {transition} and to "
@@ -188,9 +195,9 @@ def _step(env: _Env, action: int, state: State, share: float, early: bool) -> tu
 def _check_certain(
     env: _Env, action: int, state: State, share: float, early: bool, transition: Transition, lucks: Iterator[int]
 ) -> None:
-    """Take an action once more, with other random numbers; where it draws any, often, for chances may be small."""
-    for luck in islice(lucks, _LUCK):
-        other = copy.deepcopy(env)
+    """Take an action once more, with other random numbers; where it draws any, with all, for chances may be small."""
+    for luck in lucks:
+        other = copied(env)
         shake(other, luck)
         before = draws(other)
         if not _same(_step(other, action, state, share, early)[0], transition):

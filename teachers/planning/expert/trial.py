@@ -19,7 +19,22 @@ _Env = gymnasium.Env[Any, Any]
 _EPISODES = 100  # at most
 _STEPS = 20  # of an episode, at most
 _TOTAL = 300  # steps of all episodes
-_SECONDS = 3.0  # of computing, after which there is no further step
+_SECONDS, _PATIENCE = (
+    3.0,
+    20.0,
+)  # of computing here and of waiting, as for other programs; then there is no further step
+
+
+class _Until(NamedTuple):
+    """When a trial ends."""
+
+    computed: float
+    waited: float
+
+    @property
+    def over(self) -> bool:
+        """Whether that was."""
+        return time.process_time() > self.computed or time.monotonic() > self.waited
 
 
 class _Seen(NamedTuple):
@@ -36,7 +51,8 @@ def try_out(env: _Env, make: Callable[[_Env], Policy]) -> bool:
     Raises:
         PlanningError: the expert gives no answer, or two in one state; or the environment cannot be repeated.
     """
-    until, shared = time.process_time() + _SECONDS, _shared()
+    until = _Until(time.process_time() + _SECONDS, time.monotonic() + _PATIENCE)
+    shared = _shared()
     first, again = list(_play(env, make, 0, 0, until)), list(_play(env, make, 0, 0, until))
     for mine, its in zip(first, again, strict=False):  # the second one may have had less time
         if not same(mine.asked, its.asked):
@@ -60,7 +76,7 @@ def try_out(env: _Env, make: Callable[[_Env], Policy]) -> bool:
         if any(not same(mine.after, its.after) for mine, its in zip(one, other, strict=False)):
             return False
         steps += len(one)
-        if steps > _TOTAL or time.process_time() > until:
+        if steps > _TOTAL or until.over:
             break
     return True
 
@@ -70,7 +86,7 @@ def _shared() -> Any:
     return random.getstate(), np.random.get_state()  # noqa: NPY002 (only looked at)
 
 
-def _play(env: _Env, make: Callable[[_Env], Policy], seed: int, draws: int, until: float) -> Iterator[_Seen]:
+def _play(env: _Env, make: Callable[[_Env], Policy], seed: int, draws: int, until: _Until) -> Iterator[_Seen]:
     """An episode with a seed of its own for its draws after the reset."""
     observation, info = env.reset(seed=seed)
     try:
@@ -81,7 +97,7 @@ def _play(env: _Env, make: Callable[[_Env], Policy], seed: int, draws: int, unti
     space, rng = copy.deepcopy(env.action_space), np.random.default_rng(seed)
     space.seed(seed)
     for step in range(_STEPS):
-        if time.process_time() > until and step:
+        if until.over and step:
             return
         try:
             asked = scene.ask()

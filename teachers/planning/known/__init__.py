@@ -58,8 +58,6 @@ class Known:
     """
     horizon: int = 100
     """Most actions of a roll-out that are worth their time."""
-    endless: bool = False
-    """Whether there are too many states to explore."""
     hides: bool = False
     """Whether the student does not see all of the state."""
     heuristic: Heuristic | None = None

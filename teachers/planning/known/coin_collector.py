@@ -19,4 +19,6 @@ class _Walker:
         return COMMANDS.index(self._env.policy_commands()[0])
 
 
-KNOWN = Known(action_words={command: action for action, command in enumerate(COMMANDS)}, expert=_Walker, hides=True)
+KNOWN = Known(
+    action_words={command: action for action, command in enumerate(COMMANDS)}, describe=str, expert=_Walker, hides=True
+)

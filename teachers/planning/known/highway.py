@@ -54,7 +54,13 @@ def _describe(observation: Any) -> str:
     return f"Cars, yours first, by {', '.join(_COLUMNS)}: {rows}" if observation.shape[1:] == (5,) else rows
 
 
+def _success(observation: Any, reward: float, terminated: bool, truncated: bool, info: dict[str, Any]) -> bool:
+    """Whether the drive went on until its end: a crash, which ends it before, may be paid for, too."""
+    return truncated and not terminated
+
+
 KNOWN = Known(
+    success=_success,
     action_words={move.lower().replace("_", " "): action for action, move in enumerate(_MOVES)},
     describe=_describe,
     expert=_Driver,

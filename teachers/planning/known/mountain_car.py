@@ -80,7 +80,6 @@ KNOWN = Known(
     action_words={"left": 0, "coast": 1, "right": 2},
     describe=_describe,
     state=_state,
-    endless=True,
     heuristic=_heuristic,
     success=_success,
     goal="get the car to the flag on the right hill",

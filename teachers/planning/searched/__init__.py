@@ -1,7 +1,9 @@
 """The searched tier: ways to the goal that a search has found; about all else the teacher is silent."""
 
+import copy
 import itertools
 import math
+from collections import Counter
 from collections.abc import Callable, Sequence, Set
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -15,7 +17,7 @@ from gymnasium import spaces
 from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment, R
 from teachers.common import Syntax
 from teachers.oracle import Oracle
-from teachers.planning.exact.tables import state_number
+from teachers.planning.contents import Contents, contents_of
 from teachers.planning.known import Heuristic, Known, State, known, words_of
 from teachers.planning.planner import Planned, Planner, PlanningError, check_steps
 from teachers.planning.searched.claims import (
@@ -39,14 +41,14 @@ from teachers.planning.searched.claims import (
     steady,
     way,
 )
-from teachers.planning.searched.contents import Contents, contents_of
 from teachers.planning.searched.scout import KeptPlan, Scout
-from teachers.planning.searched.search import SearchResult, SearchTask, check_counts, search
+from teachers.planning.searched.search import SearchResult, SearchTask, arrives, check_counts, search
 from worlds.wrapped.gym_world import GymWorld, Position
 from worlds.wrapped.snapshots import Copies, Replays, way_back
 
 _Env = gymnasium.Env[Any, Any]
 _SEEDS = 2  # of episodes in which something must be found
+_STEPS = 20  # of random play, in which is seen what is paid
 _GRID = 3  # values of each number of a continuous action
 _DIMENSIONS = 2  # of continuous actions that have a grid by default
 
@@ -93,6 +95,11 @@ class Searched(Planner):
         """Find a way back to states, and in an episode something to do."""
         entry = known(env)
         own = entry or Known()
+        if own.expert and not (own.goal or success or self.lasts):
+            raise PlanningError(
+                "no goal is known that a search can find, but an expert is; give success=..., a function that says "
+                "which step solves the task, or lasts=... of Searched"
+            )
         check_steps(env)
         back = way_back(env)
         if back is None:
@@ -100,9 +107,9 @@ class Searched(Planner):
                 "the environment can be neither copied, nor set back, nor replayed from a seed; give it methods "
                 "get_state() and set_state(state), or let reset(seed=...) seed all that it draws"
             )
-        state = self.state or own.state or _state_of(env)
+        state = self.state or own.state or contents_of(env)
         if isinstance(state, Contents) and isinstance(back, Replays):
-            state = state.whole()  # what the count of steps decides cannot be tried
+            state = replace(state, timed=True)  # what the count of steps decides cannot be tried
         _check_hashable(state, env)
         if success is not None or (self.lasts is not None and own.lasts is None):
             own = replace(own, heuristic=None, lasts=None, success=None, goal="")  # this is another task
@@ -120,6 +127,8 @@ class Searched(Planner):
             nodes=self.nodes,
             seconds=self.seconds,
         )
+        if success is None:
+            _check_goal(env)
         scout = Scout(task, turns, own.goal or ("keep the episode going" if lasts else "reach the goal"))
         found = _tried(scout, world)
         if isinstance(state, Contents) and state.counts and isinstance(back, Copies):
@@ -168,9 +177,27 @@ def lasted(observation: Any, reward: float, terminated: bool, truncated: bool, i
     return truncated and not terminated
 
 
-def _state_of(env: _Env) -> State:
-    """A key of the states of an environment of which nothing is known."""
-    return state_number if hasattr(env.unwrapped, "s") else contents_of(env)
+def _check_goal(env: _Env) -> None:
+    """See whether a positive reward can be the sign of a solved task, where nobody says what is.
+
+    Raises:
+        PlanningError: steps that end no episode are paid, too: an end may be a failure, such as a fall or a crash.
+    """
+    space = copy.deepcopy(env.action_space)
+    space.seed(0)
+    env.reset(seed=0)
+    for _ in range(_STEPS):
+        _, reward, terminated, truncated, info = env.step(space.sample())
+        if "success" in info or "is_success" in info:
+            return
+        if float(reward) > 0 and not (terminated or truncated):
+            raise PlanningError(
+                "steps that do not end an episode have positive rewards, so that an end with one may be a failure; "
+                "give success=..., a function that says which step solves the task, or lasts=... of Searched, if an "
+                "episode has to be kept going"
+            )
+        if terminated or truncated:
+            env.reset(seed=0)
 
 
 def _check_hashable(state: State, env: _Env) -> None:
@@ -204,8 +231,10 @@ def _tried(scout: Scout, world: GymWorld) -> SearchResult:
         world.reset(seed=seed)
         found = search(task, world, scout.horizon, trial=seed == 0)
         if found.actions is not None:
-            _check_admissible(task, world, found.actions)
-            return found
+            if arrives(task, world, Position(None, 0, world.truth.episode), found.actions, scout.horizon):
+                _check_admissible(task, world, found.actions)
+                return found
+            found = found._replace(lucky=True)
     if found.lucky:
         raise PlanningError("chance decides what actions do, and a search would use its luck")
     if task.lasts:
@@ -247,6 +276,11 @@ class _PlanOracle(Oracle[Position, GymWorld]):
         """What is known."""
         model: Scout = self.lab.model
         return model
+
+    @property
+    def silences(self) -> Counter[str]:
+        """The number of searches without a plan, by the reason."""
+        return self.model.silences
 
     def _considered(self) -> tuple[Claim, ...]:
         """What is said of the actions where not all are considered."""

@@ -1,7 +1,7 @@
 """What the oracles of the searched tier say; plans are checked by playing them, and what none can do layer by layer."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -12,7 +12,8 @@ from worlds.actions import format_value
 from worlds.wrapped.gym_world import GymWorld, Position
 from worlds.wrapped.snapshots import draws, shake
 
-_LUCK = 2000  # the seed of the random numbers with which plans are played once more
+_LUCK = 2_000_000  # the seed of the random numbers with which plans are played once more
+_TIMES = 8  # that an action which draws some is taken with others
 
 
 def in_actions(number: int) -> str:
@@ -362,30 +363,38 @@ def played(actions: Sequence[Any], truth: Position, lab: GymWorld) -> bool:
 
 
 def ended(truth: Position, action: Any, lab: GymWorld) -> bool:
-    """Whether an action ends the episode other than by time, and in vain, whatever is drawn; the lab has taken it."""
-    for luck in (_LUCK, None):
-        lab.restore(truth)
-        if luck is not None:
-            shake(lab.env, luck)
-        _, _, terminated, _, info = lab.advance(action)
-        if not terminated or (lab.model.task.lasts is None and info["success"]):
-            return False
-    return True
+    """Whether an action ends the episode other than by time, and in vain, whatever is drawn."""
+    return all(
+        terminated and not (lab.model.task.lasts is None and success)
+        for _, terminated, success in _results(truth, action, lab)
+    )
 
 
 def steady(truth: Position, action: Any, lab: GymWorld) -> bool:
     """Whether an action leads to the same state whatever is drawn."""
+    first, *others = _results(truth, action, lab)
+    return all(other == first for other in others)
+
+
+def _results(truth: Position, action: Any, lab: GymWorld) -> Iterator[tuple[Any, bool, bool]]:
+    """The states to which an action leads, whether it ends the episode, and solves the task.
+
+    First by the random numbers that come, and if it draws any by others; in the end the lab has taken it by the first.
+    """
     lab.restore(truth)
     before = draws(lab.env)
-    key = _after(action, lab)
+    yield _after(action, lab)
     if draws(lab.env) == before:
-        return True
+        return
+    for luck in range(_LUCK, _LUCK + _TIMES):
+        lab.restore(truth)
+        shake(lab.env, luck)
+        yield _after(action, lab)
     lab.restore(truth)
-    shake(lab.env, _LUCK)
-    return _after(action, lab) == key
+    lab.advance(action)
 
 
-def _after(action: Any, lab: GymWorld) -> tuple[Any, ...]:
+def _after(action: Any, lab: GymWorld) -> tuple[Any, bool, bool]:
     """What an action leads to."""
     _, _, terminated, _, info = lab.advance(action)
     return lab.model.task.state(lab.env), terminated, info["success"]

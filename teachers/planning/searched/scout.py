@@ -2,15 +2,15 @@
 
 import math
 import warnings
+from collections import Counter
 from collections.abc import Hashable
 from typing import Any, NamedTuple, TypeVar
 
 from teachers.planning.planner import PlanningError
-from teachers.planning.searched.search import SearchResult, SearchTask, reaches, search
+from teachers.planning.searched.search import SearchResult, SearchTask, arrives, search
 from worlds.wrapped.gym_world import GymWorld, Position
 
 _KEPT = 4096  # plans, and results of searches
-_LUCK = 1000  # the seed of the random numbers with which plans are tried
 _AGAIN = 2  # a plan to last is made anew when less than this part of it is left
 
 _Value = TypeVar("_Value")
@@ -50,6 +50,8 @@ class Scout:
 
     def __init__(self, task: SearchTask, horizon: int, goal: str) -> None:
         self.task, self.horizon, self.goal = task, horizon, goal
+        self.silences: Counter[str] = Counter()
+        """The number of searches after which there is no plan, although the task may be solved, by the reason."""
         self._plans: dict[Hashable, KeptPlan] = {}
         self._found: dict[Hashable, SearchResult] = {}
 
@@ -96,10 +98,12 @@ class Scout:
             return self._found[key]
         try:
             found = search(self.task, lab, room)
-            if found.actions is not None and not reaches(self.task, lab, truth, found.actions, room, _LUCK):
-                found = found._replace(actions=None, least=0.0)
+            if found.actions is not None and not arrives(self.task, lab, truth, found.actions, room):
+                raise PlanningError("chance decides where the actions of the plan lead")
         except PlanningError as error:
-            warnings.warn(f"the teacher has no plan in this state: {error}", stacklevel=2)
+            self.silences[f"{error}"] += 1
+            if self.silences[f"{error}"] == 1:
+                warnings.warn(f"the teacher has no plan in this state: {error}", stacklevel=2)
             found = SearchResult(None, 0.0, 0)
         return self._kept(self._found, key, found)
 

@@ -14,12 +14,14 @@ import gymnasium
 from teachers.planning.known import Heuristic, State
 from teachers.planning.planner import PlanningError
 from worlds.wrapped.gym_world import GymWorld, Position
-from worlds.wrapped.snapshots import Stepped, WayBack, shake
+from worlds.wrapped.snapshots import Stepped, WayBack, draws, shake
 
 _Env = gymnasium.Env[Any, Any]
 _TRIED = 50  # states that were reached again, in which a trial takes the actions again
 _COUNTED = 2000  # steps, which a trial takes as if later, too
 _LUCK = 1, 2, 3, 4  # the seeds of other random numbers
+_PLAYS = 4, 100  # of a plan that draws some, at least and at most
+_PLAYED = 1000  # by which their seeds differ
 _ROUNDING = 1e-9
 
 
@@ -298,6 +300,26 @@ def reaches(
         if task.over(after, depth, room):
             return False
     return False
+
+
+def arrives(task: SearchTask, lab: GymWorld, truth: Position, actions: Sequence[Any], room: int) -> bool:
+    """Whether actions reach the aim whatever is drawn, as far as plays with other random numbers show.
+
+    One is enough where nothing is drawn; else there are as many as the bounds of a search allow, 4 to 100.
+    """
+    begun = time.monotonic()
+    lab.restore(truth)
+    before = draws(lab.env)
+    if not reaches(task, lab, truth, actions, room):
+        return False
+    fewest, most = _PLAYS
+    plays = 1 if draws(lab.env) == before else min(max(task.nodes // len(actions), fewest), most)
+    for number in range(plays):
+        if not reaches(task, lab, truth, actions, room, _PLAYED * (number + 1)):
+            return False
+        if number >= fewest and time.monotonic() - begun > task.seconds:
+            break
+    return True
 
 
 def refuted(task: SearchTask, lab: GymWorld, most: float, room: int) -> bool:

@@ -1,6 +1,7 @@
 """Inspect plays its tasks with a scripted model, and its logs say what came of them."""
 
 import os
+import re
 import subprocess
 import sys
 from statistics import mean
@@ -46,7 +47,27 @@ def run(folder, *tasks, **settings):
 
 
 def test_every_family_has_a_task():
-    assert set(TASKS) == {family.name for family in all_families()}
+    assert set(TASKS) == {family.name for family in all_families()} | {"gym"}
+
+
+def test_environments_of_the_registry_are_played(tmp_path):
+    """One whose teacher knows values, and one whose teacher knows none."""
+
+    def walk(request):
+        told = request["messages"][-1]["content"].partition("You observe")[0].lower()
+        return next((word for word in re.findall(r"[a-z]+", told) if word in ("left", "down", "right", "up")), "left")
+
+    lake = TASKS["gym"](ids="gym:FrozenLake-v1", options={"is_slippery": False}, seeds=2, feedback_type="fp")
+    pole = TASKS["gym"](ids=["gym:CartPole-v1"], seeds=1, max_turns=3)
+    first, second = play_tasks([lake, pole], model=scripted(walk), log_dir=f"{tmp_path}", display="none")
+    assert metrics(first)["success"]["mean"] == 1
+    assert metrics(first)["regret"]["mean"] == 0
+    assert first.eval.metadata["max_turns"] == 100
+    assert metrics(second)["regret"]["mean"] == -3
+    with pytest.raises(ValueError, match=r"ids must have environments of Gymnasium's registry, .* got none"):
+        TASKS["gym"]()
+    with pytest.raises(ValueError, match="ids must be of the family gym, got llf-gridworld-v0, which is of gridworld"):
+        TASKS["gym"](ids="llf-gridworld-v0")
 
 
 def test_scores_are_those_of_a_study(tmp_path):

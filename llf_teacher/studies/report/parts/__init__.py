@@ -5,6 +5,7 @@ from llf_teacher.studies.report.parts import (
     accounting,
     families,
     findings,
+    information,
     introduction,
     manifest,
     matrix,
@@ -29,6 +30,7 @@ PARTS: tuple[Part, ...] = (
     matrix.PART,
     transfer.PART,
     accounting.PART,
+    information.PART,
     models.PART,
     manifest.PART,
 )

@@ -10,7 +10,7 @@ from llf_teacher.studies.report.columns import CHECKED, Sums
 from llf_teacher.studies.report.data import Data
 from llf_teacher.studies.report.parts.part import Part
 from llf_teacher.studies.report.section import added, reads, share
-from teachers.atoms import KINDS
+from teachers.atoms import KINDS, Label
 
 
 class Account(NamedTuple):
@@ -72,7 +72,11 @@ def _values(data: Data) -> Mapping[str, Any]:
     return {
         "accounts": {pair: rows for pair, rows in found.items() if rows},
         "kinds": KINDS,
-        "labels": CHECKED,
+        "labels": [
+            label
+            for label in CHECKED
+            if label is not Label.HEDGED or any(row.labels.get(label) for rows in found.values() for row in rows)
+        ],
     }
 
 

@@ -1,0 +1,121 @@
+"""What a teacher can say that does not know everything: it asks an oracle in all worlds that may be the true one."""
+
+from collections.abc import Set
+from typing import Any
+
+import numpy as np
+
+from teachers.atoms import KINDS, Claim, FeedbackType, Moment
+from teachers.common import hedge
+from teachers.information import DrawnWorld, Information
+from teachers.oracle import Oracle
+from teachers.spec import unknown
+from worlds.posteriors import Draw, NoWorldError, Posterior
+from worlds.world import WorldTurn
+
+__all__ = ["EVIDENCE", "PartialOracle"]
+
+EVIDENCE = ("student", "rewards", "walk")
+"""What a partial oracle can have seen; see `PartialOracle`."""
+_NEAR = 1e-9  # differences of shares below this are rounding
+
+
+class PartialOracle(Information):
+    """States what is true in the worlds that agree with its evidence, each with the share of them in which it is.
+
+    Its evidence is what the student sees, `student`; that and all rewards, `rewards`; or that and a random walk of its
+    own with its rewards, which it has made from the same opening, `walk`. What was said is none, the instruction
+    included.
+
+    The family's oracle is asked in every world that agrees with the evidence where the posterior can list them,
+    elsewhere in so many worlds that are drawn from it. What the oracle says in more than half of them is said:
+    flatly if it holds in all of them, else with the share in which it holds. So what is said flatly is true where
+    worlds are listed. Where they are drawn, what holds in all of n worlds is false with a mean probability of
+    1 / (n + 2), if all shares are equally likely beforehand (Laplace's rule of succession).
+
+    Args:
+        posterior, oracle, worlds: as of `Information`.
+        rng: draws the worlds and the walk.
+        sees: one of `EVIDENCE`.
+        steps: actions of the walk, at most.
+
+    Raises:
+        ValueError: an argument is not allowed.
+    """
+
+    def __init__(
+        self,
+        posterior: Posterior[Any],
+        oracle: Oracle[Any, Any],
+        rng: np.random.Generator,
+        worlds: int | None = None,
+        *,
+        sees: str = "student",
+        steps: int = 10,
+    ) -> None:
+        super().__init__(posterior, oracle, rng, worlds)
+        if sees not in EVIDENCE:
+            raise ValueError(unknown("evidence", sees, EVIDENCE))
+        self._sees, self._steps = sees, steps
+        self._walk: list[WorldTurn[Any]] = []
+
+    def see(self, moment: Moment[Any]) -> None:
+        """What has happened, as of `Information`."""
+        super().see(moment)
+        if not moment.turn and self._sees == "walk":
+            self._walk = self._walked(moment.after)
+        if moment.before is not None and self._sees == "rewards":
+            self._rewards[moment.turn] = moment.turn
+
+    def hear(self, atoms: Any) -> tuple[()]:
+        """Nothing that is said is evidence."""
+        return ()
+
+    def possible(self) -> list[tuple[Draw[Any], float]]:
+        """The worlds that may be the true one, each with its probability; none if no world could be drawn."""
+        turns = tuple(turn._replace(reward_known=i in self._rewards) for i, turn in enumerate(self._turns))
+        try:
+            listed = self._posterior.every(turns, self._walk)
+            drawn = [] if listed else self._posterior.take(turns, self._rng, self._worlds, self._walk)
+        except NoWorldError:
+            return []
+        return listed or [(draw, 1 / len(drawn)) for draw in drawn]
+
+    def judge(self, kinds: Set[FeedbackType]) -> list[Claim[Any]]:
+        """The claims of the wanted kinds about what was seen last, in speaking order."""
+        worlds = [(self._moment_in(draw), draw[0].truth, share) for draw, share in self.possible()]
+        shares: dict[Claim[Any], float] = {}
+        said: list[frozenset[Claim[Any]]] = []
+        for moment, opening, share in worlds:
+            self._oracle.start(opening)
+            claims = dict.fromkeys(self._oracle.judge(moment, kinds))
+            said.append(frozenset(claims))
+            for claim in claims:
+                shares[claim] = shares.get(claim, 0.0) + share
+        found = []
+        for claim, share in shares.items():
+            if share > 0.5 + _NEAR:
+                # It may hold where the oracle has something else to say.
+                rest = (w for w, claims in zip(worlds, said, strict=True) if claim not in claims)
+                share += sum(p for moment, _, p in rest if claim.holds(moment, self._oracle.lab))
+                found.append(claim if share > 1 - _NEAR else hedge(claim, share))
+        return sorted(found, key=lambda claim: _ORDER[claim.kind])
+
+    def _moment_in(self, draw: Draw[Any]) -> Moment[Any]:
+        return DrawnWorld(draw, self._moments).moment(len(self._moments) - 1)
+
+    def _walked(self, opening: Any) -> list[WorldTurn[Any]]:
+        """A walk of random actions."""
+        lab, turns = self._oracle.lab, [WorldTurn(None, 0.0, opening)]
+        lab.restore(opening)
+        lab.np_random = self._rng
+        for _ in range(self._steps):
+            action = lab.legal(lab.sample_action(self._rng))
+            _, reward, terminated, truncated, info = lab.advance(action)
+            turns.append(WorldTurn(action, reward, lab.truth, info["success"], True))
+            if terminated or truncated:
+                break
+        return turns
+
+
+_ORDER: dict[FeedbackType | None, int] = {kind: i for i, kind in enumerate(KINDS)}

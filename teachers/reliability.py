@@ -1,0 +1,107 @@
+"""The reliability of hedges: whether of many of them as many hold as their probabilities say."""
+
+import math
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+__all__ = ["LEVEL", "Bin", "Reliability"]
+
+LEVEL = 0.05
+"""A teacher whose hedges deviate with a smaller p-value is not calibrated."""
+
+
+class Bin(NamedTuple):
+    """The hedged claims whose probability lies between two tens of per cent."""
+
+    low: float
+    """The lower end, as 0.5; the upper one, 0.1 above, belongs to the next."""
+    sentences: int
+    said: float
+    """Mean of their probabilities."""
+    held: float
+    """Share of them that hold."""
+
+
+@dataclass
+class Reliability:
+    """How often hedged claims hold, by the probability with which they were said."""
+
+    counts: Counter[tuple[float, bool]] = field(default_factory=Counter)
+    """Number of sentences by their probability and by whether what they hedge holds."""
+    scores: list[float] = field(default_factory=list)
+    """By episode the sum of (held - p) (1 - 2 p), whose mean is 0 if the probabilities are right."""
+
+    def add(self, hedges: Iterable[tuple[float, bool]]) -> None:
+        """Add the hedged claims of an episode, each with its probability and whether it holds."""
+        hedges = list(hedges)
+        if hedges:
+            self.counts.update(hedges)
+            self.scores.append(sum((held - p) * (1 - 2 * p) for p, held in hedges))
+
+    @property
+    def sentences(self) -> int:
+        """Number of hedged claims."""
+        return self.counts.total()
+
+    @property
+    def bins(self) -> tuple[Bin, ...]:
+        """The reliability table, without empty bins."""
+        tens: dict[int, Counter[tuple[float, bool]]] = {}
+        for (p, held), number in sorted(self.counts.items()):
+            tens.setdefault(round(100 * p) // 10, Counter())[p, held] += number
+        return tuple(
+            Bin(
+                ten / 10,
+                n := counts.total(),
+                sum(p * each for (p, _), each in counts.items()) / n,
+                sum(each for (_, held), each in counts.items() if held) / n,
+            )
+            for ten, counts in tens.items()
+        )
+
+    @property
+    def brier(self) -> float | None:
+        """Brier score: mean of (held - p)², less is better; None without claims."""
+        total = sum(number * (held - p) ** 2 for (p, held), number in self.counts.items())
+        return total / self.sentences if self.sentences else None
+
+    @property
+    def error(self) -> float | None:
+        """Expected calibration error: mean over claims of what `said` and `held` of their bin differ by."""
+        total = sum(each.sentences * abs(each.said - each.held) for each in self.bins)
+        return total / self.sentences if self.sentences else None
+
+    @property
+    def p_value(self) -> float:
+        """The p-value of Spiegelhalter's test (1986) that all probabilities are right; 1 with fewer than two episodes.
+
+        Hedges of an episode depend on each other, so its sums by episode are compared with their own variance, by
+        Student's distribution.
+        """
+        from scipy.stats import t
+
+        n, spread = len(self.scores), math.sqrt(math.fsum(score**2 for score in self.scores))
+        return float(2 * t.sf(abs(math.fsum(self.scores)) / spread, n - 1)) if n > 1 and spread else 1.0
+
+    @property
+    def verdict(self) -> str:
+        """`overconfident`, `timid`, or `calibrated` if neither is found at `LEVEL`; empty without claims."""
+        if not self.sentences:
+            return ""
+        if self.p_value >= LEVEL:
+            return "calibrated"
+        return "overconfident" if sum(self.scores) > 0 else "timid"
+
+    def as_dict(self) -> dict[str, Any]:
+        """All of it as JSON values."""
+        return {
+            "sentences": self.sentences,
+            "episodes": len(self.scores),
+            "brier": self.brier,
+            "error": self.error,
+            "p_value": self.p_value,
+            "verdict": self.verdict,
+            "bins": [each._asdict() for each in self.bins],
+        }

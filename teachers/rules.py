@@ -1,0 +1,74 @@
+"""Rules: claims about every world of a town, checked in worlds that are drawn from it."""
+
+from abc import abstractmethod
+from collections.abc import Callable, Set
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from teachers.atoms import Claim, Moment, Scope, TruthT, WorldT, claim
+from worlds.world import World
+
+__all__ = ["WORLDS", "TownRule"]
+
+WORLDS = 200
+"""Number of worlds of a town in which a rule is checked."""
+_STREAM = 0x70305  # the seeds of these worlds, which are the same for all rules and towns
+
+
+@claim
+class TownRule(Claim[TruthT, WorldT]):
+    """Base of claims that are true if some world of the town shows it, and none the contrary; false without a town.
+
+    `holds` never looks at the law of a town: it has to be seen in worlds. `means`, which judges worlds that a student
+    draws, each of a town of its own, looks at the law that is in their truth.
+    """
+
+    scope = Scope.FAMILY
+
+    @abstractmethod
+    def fits(self, truth: TruthT) -> bool | None:
+        """Whether it is true of one world, of which this is a truth; the law in it must not be read. None: unknown."""
+
+    @abstractmethod
+    def means(self, moment: Moment[TruthT], oracle: Any) -> bool:
+        """Whether it is true of the town of the moment's world, by the law in the truth."""
+
+    def holds(self, moment: Moment[TruthT], lab: WorldT) -> bool:
+        """Look at worlds of the town."""
+        shown = self.shown(moment, lab)
+        return True in shown and False not in shown
+
+    def shown(self, moment: Moment[TruthT], lab: WorldT) -> Set[bool | None]:
+        """What `fits` finds in the moment's world and in `WORLDS` others of the town, in these once for all moments."""
+        return set() if lab.options.get("town") is None else {self.fits(moment.after)} | _shown(self, _Town(lab))
+
+
+class _Town:
+    """What the worlds of a town have in common, as a key of caches."""
+
+    def __init__(self, lab: World[Any]) -> None:
+        self.scratch: Callable[[], World[Any]] = lab.scratch
+        self._key = type(lab), repr(sorted(lab.options.items()))
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Town) and self._key == other._key
+
+    def __hash__(self) -> int:
+        return hash(self._key)
+
+
+@lru_cache(maxsize=8)
+def _openings(town: _Town) -> tuple[Any, ...]:
+    """The truths at the opening of worlds of a town."""
+    world, truths = town.scratch(), []
+    for seed in np.random.SeedSequence(_STREAM).generate_state(WORLDS).tolist():
+        world.reset(seed=seed)
+        truths.append(world.truth)
+    return tuple(truths)
+
+
+@lru_cache(maxsize=4096)
+def _shown(rule: TownRule[Any, Any], town: _Town) -> Set[bool | None]:
+    return frozenset(map(rule.fits, _openings(town)))

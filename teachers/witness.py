@@ -1,0 +1,74 @@
+"""A witness of an episode: information about a student that follows what the student sees and hears."""
+
+from collections.abc import Sequence
+from typing import Any, Generic, NamedTuple, TypeVar
+
+from teachers.atoms import Atom, Claim, Moment
+from teachers.information import Bits, Information
+from teachers.oracle import EXACT, POSTERIOR, Oracle
+from worlds.posteriors import Posterior
+
+__all__ = ["Grounds", "InformationT", "Note", "Witness", "abilities_of"]
+
+Note = Moment[Any] | tuple[Atom, ...]
+"""A turn that a student has seen, or what it has heard of the last one."""
+
+
+InformationT = TypeVar("InformationT", bound=Information)
+
+
+class Grounds(NamedTuple):
+    """By which it is found out what a student can know."""
+
+    posterior: Posterior[Any]
+    """Draws worlds."""
+    oracle: Oracle[Any, Any]
+    """Starts in these: another one than that of the teacher, with a lab of its own."""
+
+
+def abilities_of(posterior: Posterior[Any] | type[Posterior[Any]]) -> frozenset[str]:
+    """Those of `teachers.oracle.ABILITIES` that a posterior adds to an oracle's."""
+    return frozenset((POSTERIOR, EXACT) if posterior.exact else (POSTERIOR,))
+
+
+class Witness(Generic[InformationT]):
+    """Lets information about a student follow an episode.
+
+    Args:
+        information: has seen nothing yet. It is another one than that by which an audit measures the same claims.
+        notes: of the episode, which are added to.
+    """
+
+    def __init__(self, information: InformationT, notes: Sequence[Note]) -> None:
+        self.information, self._notes = information, notes
+        self._noted = 0  # number of notes that are known
+        self._first = self._next = 0  # turns: an episode may be followed from a later one than its opening
+
+    def follow(self) -> None:
+        """See and hear what is new in the notes."""
+        for note in self._notes[self._noted :]:
+            if isinstance(note, Moment):
+                self.see(note)
+            else:
+                self.hear(note)
+        self._noted = len(self._notes)
+
+    def weigh(self, claim: Claim[Any], about_turn: int) -> Bits:
+        """How much a claim about a turn would say now."""
+        self.follow()
+        found = self.information.weigh(Atom(claim, "", about_turn - self._first))
+        self.information.rest()
+        return found
+
+    def see(self, moment: Moment[Any]) -> None:
+        """What has happened; after a turn that is missing, the episode is taken to begin."""
+        if moment.turn > self._next:
+            self._first = moment.turn
+            moment = Moment.opening(moment.after, moment.turn)
+        self._next = moment.turn + 1
+        self.information.see(moment._replace(turn=moment.turn - self._first))
+
+    def hear(self, atoms: Sequence[Atom]) -> None:
+        """What was said of turns that were seen."""
+        known = [atom._replace(about_turn=atom.about_turn - self._first) for atom in atoms]
+        self.information.hear([atom for atom in known if atom.about_turn >= 0])

@@ -1,0 +1,184 @@
+"""A study that measures how much claims say: the same lessons, more columns, and why it could not be measured."""
+
+import contextlib
+import csv
+import json
+import math
+import sqlite3
+
+import numpy as np
+import pytest
+from commands import llf
+from studying import rows, small
+
+from llf_teacher.episodes.record import EpisodeRow, EpisodeSpec
+from llf_teacher.studies import Study, load, run
+from llf_teacher.studies.analysis.statistics import mean_interval, ratio_interval
+from llf_teacher.studies.definition.study import load_study, to_toml
+from llf_teacher.studies.store.database import digest_of
+from teachers.atoms import KINDS
+
+ROOMS, ARMS, POEM = "llf-gridworld-v0", "llf-bandits-BanditTenArmedGaussian-v0", "llf-poem-Haiku-v0"
+MEASURED = EpisodeRow._fields[EpisodeRow._fields.index("measured") :]
+LISTS = {"teachers": ["oracle", "mistake(eps=0.5)", "silent"], "students": ["random", "obedient"], "max_turns": 4}
+
+
+def study(**changes):
+    return Study(**LISTS | {"ids": [ROOMS, ARMS, POEM], "seeds": 2, "bits": 16} | changes)
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    with run(study(), tmp_path_factory.mktemp("bits") / "s.db", workers=1) as found:
+        yield found
+
+
+def bare(values, *names):
+    return {name: value for name, value in values.items() if name not in names}
+
+
+def test_measuring_changes_no_lesson(results, tmp_path):
+    with run(study(bits=False), tmp_path / "s.db", workers=1) as plain:
+        for with_bits, without in zip(results.rows(), plain.rows(), strict=True):
+            own = ("key", "draws", *MEASURED)
+            assert bare(with_bits, *own) == bare(without, *own)
+            assert (without["draws"], without["why"], without["measured"]) == (0, "", None)
+            turns = results.turns(with_bits["key"])
+            for turn in turns:
+                turn["atoms"] = [bare(atom, "information") for atom in turn["atoms"]]
+            assert turns == plain.turns(without["key"])
+        assert 'id="information"' not in plain.report().html
+
+
+def test_sums_are_those_of_the_claims(results):
+    for row in results.rows():
+        turns = results.turns(row["key"])
+        told = [atom for turn in turns for atom in turn["atoms"] if "information" in atom]
+        if row["family"] != "bandits":
+            assert not told
+            assert [row[name] for name in MEASURED[:-1]] == [None] * len(MEASURED[:-1])
+            continue
+        assert (row["why"], row["unmeasured"], row["measured"]) == ("", 0, len(told))
+        assert len(told) == row["claims"]  # a basic instruction has no feedback
+        assert row["bits"] == pytest.approx(math.fsum(atom["information"]["bits"] for atom in told))
+        assert row["bits"] == pytest.approx(math.fsum(row[f"bits_{kind}"] for kind in KINDS))
+        assert row["measured_words"] == row["words"]
+        assert row["at_least"] == sum(not atom["information"]["held"] for atom in told)
+        assert all(atom["information"]["worlds"] == 16 for atom in told)
+
+
+def test_what_an_instruction_says_is_not_counted(tmp_path):
+    with run(study(ids=[ARMS], instruction_types=["p"]), tmp_path / "s.db", workers=1) as found:
+        row = next(found.rows())
+        assert row["claims"] > row["measured"] + row["unmeasured"] > 0
+        heard = [atom for turn in found.turns(row["key"]) for atom in turn["atoms"] if atom["text"] in turn["feedback"]]
+        assert row["measured"] + row["unmeasured"] == len(heard)
+        assert all("information" in atom for atom in heard)
+
+
+def test_the_report_says_how_much_was_said_and_what_was_not_measured(results):
+    page = results.report().html
+    part = page[page.index('<section id="information"') :].partition("</section>")[0]
+    assert "the family &#39;poem&#39; has no posterior" in part
+    assert "pass map=True" in part
+    assert "<h3>Bandits</h3>" in part
+    assert "<h3>Poem</h3>" not in part
+    row = part[part.index("<code>oracle</code>") :].partition("</tr>")[0]
+    mine = [row for row in results.rows() if (row["family"], row["teacher"]) == ("bandits", "oracle")]
+    bits, turns, words = (sum(row[name] for row in mine) for name in ("bits", "turns", "words"))
+    assert f'<td class="first">{bits / turns:.2f}<span' in row
+    assert f'<td class="first">{bits / words:.3f}<span' in row
+    silent = part[part.index("<code>silent</code>") :].partition("</tr>")[0]
+    assert silent.count("<td>\N{EN DASH}</td>") == 1  # no bits to save by
+
+
+def test_exports_have_the_columns(results, tmp_path):
+    results.export(tmp_path / "e.csv")
+    results.export(tmp_path / "e.jsonl")
+    with (tmp_path / "e.csv").open(newline="") as file:
+        table = list(csv.DictReader(file))
+    lines = [json.loads(line) for line in (tmp_path / "e.jsonl").read_text().splitlines()]
+    for one, other, row in zip(table, lines, results.rows(), strict=True):
+        assert other == row
+        assert one["bits"] == ("" if row["bits"] is None else repr(row["bits"]))
+        assert one["why"] == row["why"]
+
+
+def test_the_option_in_a_file(tmp_path):
+    for bits, draws in ((False, 0), (True, 256), (8, 8)):
+        (tmp_path / "s.toml").write_text(to_toml(study(bits=bits)))
+        again = load_study(tmp_path / "s.toml")
+        assert again == study(bits=bits)
+        assert {spec.draws for spec in again.episodes()} == {draws}
+    spec = next(study(bits=False).episodes())
+    assert spec._replace(draws=8).key != spec.key
+    for bits in (0, -1, 1.5, "yes", None):
+        with pytest.raises(ValueError, match="bits must be true, false or a number of worlds, at least 1, got"):
+            study(bits=bits)
+
+
+def test_tests_without_a_teacher_are_not_measured():
+    taught = study(ids=[ROOMS], transfer={"lessons": [1], "students": ["text_only(forget=False)"]})
+    assert {(spec.lessons > 0, spec.draws) for spec in taught.episodes()} == {(False, 16), (True, 0)}
+
+
+def test_a_ratio_of_sums_and_its_interval():
+    rng = np.random.default_rng()
+    wholes = rng.gamma(9, size=40)
+    parts = wholes * rng.normal(0.5, 0.1, 40)
+    found = ratio_interval(parts, wholes)
+    assert found.mean == pytest.approx(parts.sum() / wholes.sum())
+    assert found.low < found.mean < found.high
+    equal = np.full(40, 4.0)  # then it is a mean
+    assert ratio_interval(parts, equal)[:3] == pytest.approx(mean_interval(parts / 4)[:3])
+    assert ratio_interval([1, 2, 0], [2, 2, 0]).values == (0.5, 1)
+    assert ratio_interval([0.0, 0.0], [0.0, 0.0]) is None
+
+
+@pytest.fixture
+def older(tmp_path):
+    """A store of schema version 5, with two definitions and a failure, and the rows that it had."""
+    path = tmp_path / "old.db"
+    run(small(seeds=1), path, workers=1).close()
+    run(small(seeds=2), path, workers=1).close()
+    had = rows(path)
+    fields = [name for name in (*EpisodeSpec._fields, *EpisodeRow._fields) if name not in ("draws", *MEASURED)]
+    with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as db:
+        joined = "result JOIN setting USING (setting) JOIN story USING (number)"
+        query = f"SELECT number, packed, lower(hex(key)), revision, {', '.join(fields)} FROM {joined}"
+        for number, packed, *values in db.execute(query).fetchall():
+            db.execute("UPDATE result SET digest = ? WHERE number = ?", (digest_of(values, packed), number))
+        db.executescript(
+            f"DROP VIEW episode; CREATE VIEW episode AS SELECT lower(hex(key)) AS key, {', '.join(fields)}, revision "
+            "FROM result JOIN setting USING (setting); PRAGMA user_version = 5; ALTER TABLE failure DROP COLUMN draws;"
+        )
+        for name in MEASURED[:-1]:
+            db.execute(f"ALTER TABLE result DROP COLUMN {name}")
+    return path, had
+
+
+def test_a_store_without_the_columns_is_migrated(older, tmp_path):
+    path, had = older
+    result = llf("study", "migrate", path, tmp_path / "new.db")
+    assert result.returncode == 0, result.stderr
+    assert rows(tmp_path / "new.db") == had
+    assert llf("study", "check", tmp_path / "new.db").returncode == 0
+    with load(tmp_path / "new.db") as results:
+        assert [len(facts["study"]["seeds"]) for facts in results.definitions.values()] == [1, 2]
+        assert len(results.manifest["study"]["seeds"]) == 2
+        assert {row["revision"] for row in results.rows()} == {1, 2}
+
+
+@pytest.mark.parametrize(
+    ("harm", "said"),
+    [
+        ("UPDATE result SET regret = regret + 1 WHERE number = 2", "differs from its digest"),
+        ("DELETE FROM result WHERE number = 2", "has lost some of its"),
+    ],
+)
+def test_a_damaged_store_without_the_columns_is_not_migrated(older, tmp_path, harm, said):
+    with contextlib.closing(sqlite3.connect(older[0], isolation_level=None)) as db:
+        db.execute(harm)
+    result = llf("study", "migrate", older[0], tmp_path / "new.db")
+    assert result.returncode != 0
+    assert said in result.stderr

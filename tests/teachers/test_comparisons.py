@@ -1,0 +1,108 @@
+"""Comparisons hold where values say so, mean the same by their fields, and say what they say to a student."""
+
+import itertools
+
+import numpy as np
+import pytest
+from shelf import FAMILIES
+
+from llf_teacher.registry import family
+from teachers.atoms import FP, HN, HP, Atom, Moment, contradictions
+from teachers.common import Better, BetterTurn, WorseTurn
+from teachers.oracles.bandits import Avoid, Pull
+from teachers.personality import parse_personality
+from teachers.testing import Pupil
+from teachers.view import View
+
+VALUED = [name for name, each in sorted(FAMILIES.items()) if "values" in each.oracle_class().abilities()]
+
+
+def viewed(name, seed):
+    """An oracle, a lab and views of growing episodes of random play, with all values known."""
+    each = family(name)
+    pupil = Pupil(each.make_world, each.make_teacher, max_turns=8, turns=40)
+    session = pupil.session(pupil.make_world(), instructs=True)
+    view = None
+    for moment in pupil.play(session, seed):
+        oracle = session.teacher.oracle
+        if not moment.turn:
+            view = View(oracle, lambda claim: 1.0)
+        view.see(moment, frozenset((HP, HN, FP)))
+        yield oracle, session.world.scratch(), view
+
+
+@pytest.mark.parametrize("name", VALUED)
+def test_of_two_actions_that_is_better_which_is_worth_more(name):
+    seed, said = int(np.random.default_rng().integers(2**31)), set()
+    for oracle, lab, view in viewed(name, seed):
+        if view.moment.over:
+            continue
+        values = oracle.values(view.moment.after)
+        for this, that in itertools.permutations(map(lab.legal, range(len(values))), 2):
+            claim = view.better(this, that)
+            better = values[this] - values[that] > 1e-9
+            assert claim.holds(view.moment, lab) is better is claim.means(view.moment, oracle), (seed, claim)
+            said.add(better)
+            (reverse,) = claim.counterparts(view.moment, lab)
+            assert claim.excludes(reverse)
+            assert (reverse.this, reverse.that) == (that, this)
+    assert said == {True, False}
+
+
+@pytest.mark.parametrize("name", VALUED)
+def test_of_two_turns_that_was_better_which_lost_less(name):
+    seed, said = int(np.random.default_rng().integers(2**31)), set()
+    for oracle, lab, view in viewed(name, seed):
+        moments = view._moments
+        for ago in range(1, view.turn):
+            claim, (other, now) = view.better_turn(ago), (moments[-1 - ago], moments[-1])
+            lost, earlier = oracle.regret(now), oracle.regret(other)
+            if claim is None:
+                assert lost == pytest.approx(earlier)
+                continue
+            said.add(type(claim))
+            assert isinstance(claim, BetterTurn) == (lost < earlier)
+            assert claim.holds(now, lab), (seed, claim)
+            (opposite,) = claim.counterparts(now, lab)
+            assert not opposite.holds(now, lab)
+            assert claim.excludes(opposite)
+            for each, true in ((claim, True), (opposite, False)):
+                assert each.within(moments.__getitem__, now.turn).means(now, oracle) is true
+            assert not claim.within(moments.__getitem__, ago).means(moments[ago], oracle)  # there is no earlier turn
+    assert said == {BetterTurn, WorseTurn}
+
+
+def test_a_comparison_of_turns_is_taken_to_the_turns_of_another_world():
+    """By its fields alone: what the earlier turn lost in the teacher's world does not matter."""
+    arms = family("bandits")
+    world = arms.make_world(problem="TwoArmedDeterministicFixed")
+    world.reset(seed=0)
+    best = world.truth.best[0]
+    information = arms.make_information(world, 0, 2000)
+    moments = [Moment.opening(world.truth)]
+    information.see(moments[0])
+    for turn, action in enumerate((1 - best, best), 1):
+        _, reward, _, _, info = world.step(action)
+        moments.append(Moment(moments[-1].after, action, reward, world.truth, info["success"], turn, False))
+        information.see(moments[-1])
+    claim = BetterTurn.on((moments[1], None, None), ago=1)
+    bits, advice = information.hear([Atom(claim, "words", 2), Atom(Pull(action=best), "words", 2)])
+    assert bits.bits == pytest.approx(1, abs=0.1)
+    assert advice.bits == 0
+
+
+def test_a_comparison_excludes_advice_of_what_is_worse_and_no_warning():
+    claim = Better.on(None, this=1, that=2)
+    said = [Atom(each, "", 0) for each in (claim, Pull(action=1), Pull(action=2), Avoid(action=1), Avoid(action=2))]
+    clashes = {(one.claim, other.claim) for one, other in contradictions(said) if claim in (one.claim, other.claim)}
+    assert clashes == {(claim, Pull(action=2))}
+
+
+@pytest.mark.parametrize("name", VALUED)
+def test_comparing_says_only_comparisons_and_many(name):
+    each = family(name)
+    pupil = Pupil(each.make_world, each.make_teacher, max_turns=8)
+    heard = [said for episode in pupil.taught(parse_personality("comparing"), 60) for said in episode]
+    kinds = {type(atom.claim) for said in heard for atom in said.atoms}
+    assert kinds == {Better, BetterTurn, WorseTurn}
+    assert sum(bool(said.atoms) for said in heard) > 0.8 * sum(bool(said.true) for said in heard)
