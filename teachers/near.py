@@ -7,7 +7,8 @@ have it; and how much likelier the words are under this claim than under the nex
 sentence is not read. The truth of the world is never looked at.
 
 The tables are `synonyms/common.toml` and `synonyms/<family>.toml`. `words` has per word of the phrases what people say
-in its place; `slots` the patterns of slots that hold neither number nor enumeration, or `<list>` or `<number>`;
+in its place; `slots` the patterns of slots that hold neither number nor enumeration, or `<list>` or `<number>`, for all
+claims or, as `Claim.slot`, for one (empty: any text, which only the phrases themselves can have);
 `fillers` words that say nothing; and `senses` groups of words that turn the sense of a sentence.
 """
 
@@ -25,7 +26,7 @@ from typing import Any, NamedTuple
 
 from rapidfuzz.distance import OSA
 
-from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Grounded
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Grounded, Scope
 from teachers.schema import names_of
 
 __all__ = ["Near", "Nearest", "Synonyms", "load_synonyms"]
@@ -195,7 +196,8 @@ class Near:
         if not ranked:
             return Nearest(None, {}, ())
         best = ranked[0]
-        clear = all(best.likely - each.likely >= LIKELIER for each in ranked[1:])
+        rivals = [each for each in ranked[1:] if each.agrees >= best.agrees / 2]
+        clear = all(best.likely - each.likely >= LIKELIER for each in rivals)
         least = AGREES if best.slots else AGREES_ALONE
         if best.agrees < least or best.foreign or best.strange > STRANGE or not clear:
             return Nearest(None, {}, names)
@@ -390,8 +392,11 @@ def _kinds_of(cls: type[Claim], table: Synonyms) -> dict[str, str]:
     kinds = {field.name: NUMBER for field in fields(cls) if _is_number(field.type)}  # type: ignore[arg-type]  # a dataclass
     for name, names in names_of(cls).items():
         kinds[name] = _any_of(names)
-    kinds |= {name: {"<list>": LIST, "<number>": NUMBER}.get(kind, kind) for name, kind in table.slots.items()}
-    return kinds
+    for key, kind in sorted(table.slots.items(), key=lambda item: "." in item[0]):
+        owner, _, name = key.rpartition(".")
+        if owner in ("", cls.__name__):
+            kinds[name] = {"<list>": LIST, "<number>": NUMBER}.get(kind, kind)
+    return {name: kind for name, kind in kinds.items() if kind}
 
 
 def _any_of(texts: Iterable[str]) -> str:
@@ -400,7 +405,9 @@ def _any_of(texts: Iterable[str]) -> str:
 
 
 def _is_vague(cls: type[Claim]) -> bool:
-    """Whether it is advice without content, which people's words for verdicts are too near to."""
+    """Whether people's words for other claims are too near: advice without content, and rules of all worlds."""
+    if cls.scope is Scope.FAMILY:
+        return True
     return issubclass(cls, Grounded) and cls.kind in (FP, FN) and not fields(cls)  # type: ignore[arg-type]  # a dataclass
 
 
