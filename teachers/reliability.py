@@ -6,10 +6,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-__all__ = ["LEVEL", "Bin", "Reliability"]
+__all__ = ["FEW", "LEVEL", "Bin", "Reliability"]
 
 LEVEL = 0.05
 """A teacher whose hedges deviate with a smaller p-value is not calibrated."""
+FEW = 10
+"""Episodes below which nothing is said of a teacher whose hedges do not deviate."""
 
 
 class Bin(NamedTuple):
@@ -87,11 +89,14 @@ class Reliability:
 
     @property
     def verdict(self) -> str:
-        """`overconfident`, `timid`, or `calibrated` if neither is found at `LEVEL`; empty without claims."""
+        """`overconfident`, `timid`, or `calibrated` if neither is found at `LEVEL`; empty without claims.
+
+        With fewer than `FEW` episodes neither could be found, so that it is too early for a verdict.
+        """
         if not self.sentences:
             return ""
         if self.p_value >= LEVEL:
-            return "calibrated"
+            return "calibrated" if len(self.scores) >= FEW else "too few to tell"
         return "overconfident" if sum(self.scores) > 0 else "timid"
 
     def as_dict(self) -> dict[str, Any]:

@@ -89,7 +89,7 @@ print(table)
 # The table has the share of houses in which the treasure was found. The agent gains by advice, less by advice that is wrong every other
 # time, and nothing by verdicts, since it does not look for them. A model may: that is what this is for.
 #
-# ## The same agent in your own environment
+# ## A teacher for your own environment
 #
 # `teach(env, oracle="auto")` gives any environment whose states can be enumerated a teacher that plans: FrozenLake, Taxi,
 # CliffWalking, Blackjack, MiniGrid.

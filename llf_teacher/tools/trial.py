@@ -153,7 +153,7 @@ def _missing(plan: Planned | None, counted: bool, limited: bool) -> Iterator[Lin
     if plan is None:
         yield Line("missing", "a teacher who plans: what each tier lacks is said above; or an oracle of your own")
     elif plan.privileged is None:
-        yield Line("missing", "whether the teacher uses what the student cannot see is not known; look at both")
+        yield Line("missing", "whether the teacher uses what the student cannot see is not known: compare the two")
     if counted and (plan is None or not plan.action_words):
         yield Line("missing", "action_words={'left': 0, ...}: words for actions, which are numbers now")
     if plan is None or plan.describe is None:

@@ -19,7 +19,7 @@ class _Correcting(Weighing):
 
 @dataclass(frozen=True)
 class MistakeCorrecting(Importance):
-    """Speaks iff much was at stake in the last action and it was not optimal; tied actions are all optimal.
+    """Speaks if much was at stake in the last action and it was not optimal; tied actions are all optimal.
 
     In the source the student announces its action and may be corrected before it acts; in our seats it has acted. A
     turn without an action is a mistake. Turns without a mistake cost no budget.

@@ -97,7 +97,7 @@ ROW = Row(
         f"{EPISODES} lessons in different worlds, the same for all."
     ),
     rule=Rule(
-        seeds=20,
+        seeds=12,
         comparisons=(
             *(
                 saves(

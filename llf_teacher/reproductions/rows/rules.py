@@ -145,7 +145,7 @@ ROW = Row(
         "ruler has said are used up. A seed is a town."
     ),
     rule=Rule(
-        seeds=20,
+        seeds=16,
         comparisons=tuple(
             Expectation(
                 expects=f"in {family} {expects.format(unit=unit)}",

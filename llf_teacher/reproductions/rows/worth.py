@@ -109,7 +109,7 @@ ROW = Row(
         "are Spearman's rank correlations over the seven kinds, and over the fourteen pairs of kind and family."
     ),
     rule=Rule(
-        seeds=20,
+        seeds=12,
         comparisons=(
             *(
                 Expectation(
