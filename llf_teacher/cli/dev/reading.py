@@ -28,6 +28,6 @@ def reading(
     results = list(measured.read_sentences(measured.labelled(sentences), chosen))
     for each in chosen.values():
         results += measured.read_left_out(each)
-    console = Console()
+    console = Console(emoji=False)
     console.width = max(console.width, 160)
     console.print(measured.table(results), measured.confusion(results), sep="\n")
