@@ -51,11 +51,11 @@ def turns_of(results):
 def test_a_study_finds_the_lies_of_a_model_and_no_others(tmp_path):
     liar = Liar()
     with ScriptedEndpoint(liar) as server:
-        results = played(tmp_path / "s.db", spec(server.url), max_turns=15)
+        results = played(tmp_path / "s.db", spec(server.url), max_turns=12, seeds=5)
     atoms = [atom for turn in turns_of(results) for atom in turn["atoms"] if atom["kind"]]
     assert [atom["label"] == "distorted" for atom in atoms] == [atom["text"] == LIE for atom in atoms]
     assert sum(row["distorted"] for row in results.rows()) == liar.lies > 5
-    assert 0.05 < liar.lies / len(server.requests) < 0.15
+    assert 0.04 < liar.lies / len(server.requests) < 0.2  # equal requests are answered alike
     assert sum(row["unchecked"] for row in results.rows()) == 0
     assert not any(turn["unbuilt"] or turn["withheld"] for turn in turns_of(results))
     form = server.requests[0]["response_format"]["json_schema"]["schema"]
@@ -73,6 +73,7 @@ def test_an_audit_finds_them_too():
     assert {example.text for example in found.examples} == {LIE}
 
 
+@pytest.mark.full
 def test_a_filter_withholds_the_lies_and_nothing_else(tmp_path):
     liar = Liar()
     with ScriptedEndpoint(liar) as server:

@@ -59,8 +59,8 @@ def recorded(policy, id=ID, turns=12, seed=0, **settings):
 @pytest.mark.parametrize("entry", ENTRIES)
 def test_what_the_oracle_says_is_said_as_claims_too(entry):
     """In every family: the same claims with the same labels, worded by the voice."""
-    through = recorded(Says(lambda info: {"claims": json.loads(json.dumps(claims_of(info)))}), entry.id, turns=6)
-    direct = recorded("oracle", entry.id, turns=6)
+    through = recorded(Says(lambda info: {"claims": json.loads(json.dumps(claims_of(info)))}), entry.id, turns=3)
+    direct = recorded("oracle", entry.id, turns=3)
     keys = ("claim", "fields", "kind", "label", "about_turn")
     for mine, its in zip(through, direct, strict=True):
         said, wanted = ([[atom[key] for key in keys] for atom in row.atoms] for row in (mine, its))

