@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from teachers.oracle import Oracle
     from teachers.personality import Personality
     from teachers.phrasebook import Phrasebook
+    from teachers.schema import Vocabulary
     from teachers.teacher import Teacher
     from teachers.voice import Voice
     from teachers.witness import Grounds
@@ -170,6 +171,16 @@ class Subject(ABC):
         if self.posterior_needs.items() <= options.items():
             able |= self.posterior_abilities
         return parse_personality(personality).needs <= able
+
+    def vocabulary(self, world: "World[Any, Any, Any] | None" = None) -> "Vocabulary":
+        """What teachers can say by claims that are made from JSON: its JSON Schema, and what makes them.
+
+        Args:
+            world: decides which actions there are; None: a world without options.
+        """
+        from teachers.schema import Vocabulary
+
+        return Vocabulary.of(self.oracle_class()((world or self.make_world()).scratch))
 
     def make_teacher(
         self,

@@ -106,13 +106,13 @@ class TeacherView:
         return observation
 
     def info(self) -> dict[str, Any]:
-        """The info: the privileged `moment`, and the claims or the suggestion."""
+        """The info: the privileged `moment`, and the claims, or the suggestion and the claims that can be said."""
         offer = self.offer
         info: dict[str, Any] = {"moment": offer.moment}
         if self.speech == "kinds":
             info["trimmed"] = offer.trimmed
         elif self.speech == "message":
-            info["suggestion"] = offer.suggestion()
+            info |= {"suggestion": offer.suggestion(), "vocabulary": offer.vocabulary}
         else:
             info |= {"claims": tuple(offer.listed()), "sentences": offer.sentences()}
         if offer.asked:

@@ -437,6 +437,11 @@ class Grounded(Claim[TruthT, WorldT]):
 
     _ground: Any
 
+    @property
+    def grounded(self) -> bool:
+        """Whether it has a ground; a claim of others has none, and is checked by what it `means`."""
+        return getattr(self, "_ground", None) is not None
+
     def stands(self, moment: Moment[TruthT], lab: WorldT) -> bool:
         """Whether the ground holds."""
         return bool(self._ground.holds(moment, lab))
@@ -470,13 +475,27 @@ class Atom(NamedTuple):
         """The claim's kind."""
         return self.claim.kind
 
-    def label(self, moments: Sequence[Moment], lab: World[Any]) -> Label:
-        """The result of checking the claim in `lab`, from the episode's moments up to the one in which it was said."""
-        if isinstance(self.claim, HedgedClaim):
+    def label(self, moments: Sequence[Moment], lab: World[Any], oracle: Any = None) -> Label:
+        """The result of checking the claim.
+
+        Args:
+            moments: those of the episode up to the one in which it was said.
+            lab: to check it in.
+            oracle: one that has started on the episode, for claims whose ground is not known; without it they are
+                unchecked.
+        """
+        claim, moment = self.claim, moments[self.about_turn]
+        if isinstance(claim, HedgedClaim):
             return Label.HEDGED
-        if not self.claim.holds(moments[self.about_turn], lab):
+        if isinstance(claim, Grounded) and not claim.grounded:
+            if oracle is None:
+                return Label.UNCHECKED
+            holds = claim.means(moment, oracle)
+        else:
+            holds = claim.holds(moment, lab)
+        if not holds:
             return Label.DISTORTED
-        if self.claim.placebo:
+        if claim.placebo:
             return Label.PLACEBO
         return Label.TRUTHFUL if self.about_turn == moments[-1].turn else Label.LATE
 
@@ -509,8 +528,8 @@ class Utterance(str):
 
     @classmethod
     def of(cls, atoms: Sequence[Atom]) -> "Utterance":
-        """Join the texts of atoms."""
-        return cls(" ".join(atom.text for atom in atoms), tuple(atoms))
+        """Join the texts of atoms, of which one that shares a text with another may have none."""
+        return cls(" ".join(atom.text for atom in atoms if atom.text), tuple(atoms))
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Utterance, (str(self), self.atoms)

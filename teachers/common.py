@@ -2,7 +2,7 @@
 
 from abc import abstractmethod
 from collections.abc import Callable, Sequence, Set
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -27,6 +27,9 @@ from teachers.atoms import (
     unhedged,
 )
 from worlds.world import World
+
+SIGNS = ("positive", "negative", "zero")
+"""The signs of a reward."""
 
 
 def as_said(number: float) -> str:
@@ -386,7 +389,7 @@ class Paid(Claim[Any]):
 
     kind = R
     commonplace = Reward.commonplace
-    sign: str
+    sign: Annotated[str, SIGNS]
 
     def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
         """Compare with the world's payment."""

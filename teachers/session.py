@@ -16,7 +16,8 @@ Nothing else advances a taught world or makes a teacher judge or speak. Environm
 
 import copy
 import operator
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
 from typing import Any, NamedTuple, Protocol
 
 from teachers.atoms import (
@@ -33,6 +34,7 @@ from teachers.atoms import (
     ParseFailure,
     Utterance,
 )
+from teachers.schema import Message, Vocabulary, holds, in_own_words
 from teachers.seeds import Seeds
 from teachers.spec import check_cost, is_count
 from teachers.teacher import Teacher
@@ -156,6 +158,8 @@ class Offer:
         """The kinds that were asked for last and of which nothing could be said, as a subset's number."""
         self.chosen: tuple[int, ...] = ()
         """Indices into `listed` that have been chosen in this turn."""
+        self.unbuilt: tuple[str, ...] = ()
+        """For each claim of its last message that could not be made the reason."""
         self._briefs = False
         self._notice: tuple[Claim[Any], ...] | None = None  # with which the oracle starts
         self._claims: tuple[Claim[Any], ...] | None = None
@@ -167,7 +171,7 @@ class Offer:
         """The moment to speak of; `briefs`: the suggestion of this moment begins with the instruction."""
         self.moment, self.asked, self._briefs = moment, asked, briefs
         self.said = self._claims = self._suggestion = self._notice = None
-        self.chosen, self._kinds, self._numbers = (), -1, None
+        self.chosen, self._kinds, self._numbers, self.unbuilt = (), -1, None, ()
 
     def claims(self) -> tuple[Claim[Any], ...]:
         """The claims of this moment, notices included; the teacher is asked once a moment, when they are needed."""
@@ -278,6 +282,36 @@ class Offer:
         kept = {id(listed[i]) for i in self.chosen}
         said = [claim for claim in self.claims() if claim.kind is None or id(claim) in kept]
         return self.teacher.say(tuple(said), self.moment.turn, self._drawn(said))
+
+    @cached_property
+    def vocabulary(self) -> Vocabulary:
+        """The claims that a message can have."""
+        return Vocabulary.of(self.teacher.oracle)
+
+    def composed(self, message: Message) -> str:
+        """A message of claims in words, its own or the voice's, behind the notices, which are always said.
+
+        Claims that cannot be made, checked or worded are left out, for reasons that `unbuilt` has, and so are those
+        that feedback type and budget do not allow. If one of the latter is left out, the voice words the rest.
+        """
+        moment, teacher = self.moment, self.teacher
+        notices = [claim for claim in (*(self._notice or ()), *self.claims()) if claim.kind is None]
+        problems, made = [*message.problems], []
+        for claim in message.claims:
+            try:
+                holds(claim, moment, teacher.oracle, teacher.voice)
+            except ValueError as error:
+                problems.append(f"{error}")
+            else:
+                made.append(claim)
+        self.unbuilt = tuple(problems)
+        claims = within(self.purse.left, [claim for claim in made if claim.kind in teacher.kinds])
+        said = teacher.say((*notices, *claims), moment.turn)
+        if not message.text or len(claims) < len(made):
+            return said
+        given, own = said.atoms[: len(notices)], said.atoms[len(notices) :]
+        words = in_own_words(own, message.text, teacher.voice)
+        return Utterance(" ".join([*(atom.text for atom in given), words]), (*given, *words.atoms))
 
     def allowed(self, words: Any) -> str:
         """As much of some words as the feedback type and the budget allow.
@@ -556,11 +590,12 @@ class Session:
                 else:
                     self._put(offer, offer.allowed(said))
 
-    def say(self, words: str, teacher: int = 0) -> float:
+    def say(self, words: str | Mapping[str, Any] | Message, teacher: int = 0) -> float:
         """A teacher says words of its own: those that feedback type and budget allow.
 
         Args:
-            words: an `Utterance` brings its atoms along.
+            words: an `Utterance` brings its atoms along; `{"claims": [...], "text": ...}` is made into one, see
+                `teachers.schema.Vocabulary`.
             teacher: the number of the teacher, as for all methods.
 
         Returns:
@@ -576,9 +611,13 @@ class Session:
             offer.claims()
             if type(words) is Utterance and not self.moment.turn:
                 words = Utterance.of([atom for atom in words.atoms if atom.kind is not None])
+        given: Any = words
+        if isinstance(words, Mapping | Message):
+            given = offer.vocabulary.read(words, self.moment) if isinstance(words, Mapping) else words
+            words = offer.composed(given)
         words = offer.allowed(words)
         if self._inputs is not None:
-            self._keep(Session.say, words, teacher)
+            self._keep(Session.say, given, teacher)
         return self._put(offer, words)
 
     def say_kinds(self, subset: int, teacher: int = 0) -> float:

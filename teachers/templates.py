@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import fields
 from enum import Enum
 from operator import attrgetter
-from typing import Any, get_args, get_origin
+from typing import Annotated, Any, get_args, get_origin
 
 from teachers.atoms import Claim
 
@@ -61,6 +61,8 @@ def cache_key(cls: type[Claim]) -> Callable[[Any], Any] | None:
 
 
 def _is_discrete(kind: Any) -> bool:
+    if get_origin(kind) is Annotated:
+        return _is_discrete(get_args(kind)[0])
     if get_origin(kind) is tuple:
         return all(_is_discrete(part) for part in get_args(kind) if part is not ...)
     return isinstance(kind, type) and issubclass(kind, int | Enum)

@@ -2,6 +2,7 @@
 
 import dataclasses
 import inspect
+import json
 from fnmatch import fnmatchcase
 from typing import Annotated, Any
 
@@ -11,6 +12,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from llf_teacher.cli import print_missing, search_here
+from llf_teacher.registry import PREFIX
 from pz_envs.family import Family
 from pz_envs.subject import GYM
 
@@ -28,6 +30,10 @@ def list_(
             "of Gymnasium, such as gym:Taxi-v4: what can be taught there."
         ),
     ] = "",
+    schema: Annotated[
+        bool,
+        typer.Option("--schema", help="Print the JSON Schema of what a teacher can say, of a family given by name."),
+    ] = False,
 ) -> None:
     """List environments, teacher personalities, students and their traits, all or those whose names match."""
     from llf_teacher.registry import entries, ids
@@ -36,6 +42,9 @@ def list_(
     from teachers.personality import PERSONALITIES
     from teachers.spec import unknown
 
+    if schema:
+        _print_schema(pattern)
+        return
     console = Console(emoji=False, highlight=False)
     if pattern.startswith(GYM):
         _show_registered(console, pattern)
@@ -71,6 +80,17 @@ def list_(
                 cls = registry[name]
                 table.add_row(_spec(name, cls), escape(_description(cls, bool(pattern))))
             console.print("", table, sep="\n")
+
+
+def _print_schema(name: str) -> None:
+    """The schema of a family, of the family of an id, or of an id of Gymnasium."""
+    from llf_teacher.registry import entry, family
+    from pz_envs.family import all_families
+
+    search_here()
+    known = {each.name for each in all_families()}
+    subject = entry(name).family if name.startswith((PREFIX, GYM)) and name not in known else family(name)
+    typer.echo(json.dumps(subject.vocabulary().schema(), indent=2, ensure_ascii=False))
 
 
 def _matches(name: str, pattern: str) -> bool:

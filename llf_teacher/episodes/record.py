@@ -4,7 +4,6 @@ import dataclasses
 import hashlib
 import json
 import math
-import re
 import zlib
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 from llf_teacher.models.replies import LENGTH
 from teachers import common
 from teachers.atoms import FP, KINDS, Atom, Claim, Label, action_of
+from teachers.schema import sentences_of
 
 if TYPE_CHECKING:
     from teachers.information import Bits
@@ -100,6 +100,10 @@ class TurnRow(NamedTuple):
     """Number of sentences in which a rewriting voice changed numbers or names."""
     invented: str | None = None
     """What a model went on to say for others, which was cut from its answer; null if there is none."""
+    unbuilt: int | None = None
+    """Number of claims in messages that could not be made; null if there are none, as the next one."""
+    withheld: int | None = None
+    """Number of false claims that a teacher's filter kept back."""
 
 
 class EpisodeRow(NamedTuple):
@@ -193,10 +197,7 @@ def unchecked(feedback: str, texts: Iterable[str]) -> int:
     """Number of sentences of feedback that are not texts of claims."""
     for text in texts:
         feedback = feedback.replace(text, "", 1)
-    return sum(any(map(str.isalnum, sentence)) for sentence in _SENTENCES.split(feedback))
-
-
-_SENTENCES = re.compile(r"(?<=[.!?])[\"')\]]*\s+|\n+")
+    return len(sentences_of(feedback))
 
 
 def claim_name(claim: Claim, family: str) -> str:

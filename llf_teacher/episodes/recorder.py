@@ -58,7 +58,8 @@ class Recorder:
     def check(self, turn: Turn) -> tuple[tuple[Atom, Label], ...]:
         """What was said in a turn, each claim with its label; the turns before have to be checked before."""
         self._moments[turn.moment.turn :] = [turn.moment]
-        return tuple((atom, atom.label(self._moments, self._lab)) for atom in turn.atoms)
+        oracle = self._view.session.teacher.oracle
+        return tuple((atom, atom.label(self._moments, self._lab, oracle)) for atom in turn.atoms)
 
     def holds(self, atom: Atom, label: Label) -> bool:
         """Whether a claim with its label holds; of a hedged one, whether what it hedges does."""
@@ -91,6 +92,8 @@ class Recorder:
             ],
             unchecked=unchecked(feedback, [atom.text for atom, _ in atoms]) or None,
             changes=len(getattr(self._speaker, "changes", ())) or None,
+            unbuilt=sum(len(offer.unbuilt) for offer in session.offers) or None,
+            withheld=len(getattr(self._speaker, "withheld", ())) or None,
         )._replace(**answer)
         self.rows.append(row)
         return row

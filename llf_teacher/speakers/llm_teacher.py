@@ -1,6 +1,7 @@
 """llm_teacher: a language model in the teacher's seat."""
 
 import hashlib
+import json
 from dataclasses import dataclass
 from typing import Any
 
@@ -8,19 +9,30 @@ import numpy as np
 
 from llf_teacher.models.model import AsksModel, Model
 from llf_teacher.speakers.speaker import Speaker
-from teachers.atoms import FN, FP, ParseFailure, Utterance
+from teachers.atoms import FN, FP, Atom, Claim, Moment, ParseFailure, Utterance
+from teachers.schema import Message, Vocabulary, find_message
 from teachers.spec import check_range, unknown
 
 KNOWS = ("claims", "nothing")
 """What the model is given of the truth: the oracle's claims of this turn, or nothing."""
-_SYSTEM = (
+SAYS = ("words", "claims")
+"""What the model answers with: the words for the student, or claims, which are checked."""
+_BEGIN = (
     "You are a teacher, and teach by what you say. A student acts in a world. After each action you are told what it "
     "did and what it sees; then say in one or two sentences what helps it to do better next. You cannot act yourself. "
-    "Say nothing that you do not know to be true, and answer with the words for the student and nothing else.\n\n"
-    "The student was told:\n{instruction}"
+    "Say nothing that you do not know to be true, and answer with "
+)
+_END = "\n\nThe student was told:\n{instruction}"
+_SYSTEM = _BEGIN + "the words for the student and nothing else." + _END
+_COMPOSE = (
+    _BEGIN + "a JSON object and nothing else. Its list `claims` has what you say, each claim an object with its `type` "
+    "and its fields; its `text`, which may be left out, says the same in your own words, a sentence for each claim. An "
+    'empty list says nothing. An example: {{"claims": [{{"type": "Reward", "reward": 0.5}}], "text": "You earned '
+    '0.5."}}\n\nThese are the claims, with their fields:\n{listing}' + _END
 )
 _TURN = "Turn {turn}. The student did: {action}\nThe reward was {reward:g}. It sees now:\n{state}"
 _CLAIMS = "\n\nWhat is true, as one says who knows: {claims}"
+_DATA = "\nThe same as claims: {data}"
 
 
 class _Policy:
@@ -34,25 +46,61 @@ class _Policy:
         self._model = Model(self._spec.settings, rng)
         self._system = ""
         self._past: list[dict[str, str]] = []
+        self.withheld: tuple[Claim, ...] = ()
+        """The false claims of its last answer, if they are withheld."""
 
-    def act(self, observation: dict[str, Any], info: dict[str, Any]) -> str:
-        """The model's words; in the first turn the instruction, after a text that is no action the expected form."""
-        moment, suggestion = info["moment"], info["suggestion"]
+    def act(self, observation: dict[str, Any], info: dict[str, Any]) -> str | Message:
+        """The model's words or claims; in the first turn the instruction, after a text that is no action what is."""
+        moment, suggestion, spec, vocabulary = info["moment"], info["suggestion"], self._spec, info["vocabulary"]
+        self.withheld = ()
         if not moment.turn:
             instruction = Utterance.of([atom for atom in suggestion.atoms if atom.kind not in (FP, FN)])
-            self._system = _SYSTEM.format(instruction=instruction)
+            prompt = _COMPOSE if spec.says == "claims" else _SYSTEM
+            self._system = prompt.format(instruction=instruction, listing=vocabulary.listing())
             return instruction
         if isinstance(moment.action, ParseFailure):
             return Utterance.of([atom for atom in suggestion.atoms if atom.kind is None])
         question = _TURN.format(turn=moment.turn, reward=moment.reward, **observation)
-        if self._spec.knows == "claims" and suggestion:
+        if spec.knows == "claims" and suggestion:
             question += _CLAIMS.format(claims=suggestion)
-        history = self._spec.history
-        past = self._past[-2 * history :] if history else []
+            if spec.says == "claims":
+                question += _DATA.format(data=json.dumps(_data(suggestion.atoms, vocabulary), ensure_ascii=False))
+        past = self._past[-2 * spec.history :] if spec.history else []
         asked = {"role": "user", "content": question}
-        words = self._model.answer([{"role": "system", "content": self._system}, *past, asked]).text.strip()
+        form = _form(vocabulary) if spec.says == "claims" else None
+        words = self._model.answer([{"role": "system", "content": self._system}, *past, asked], form).text.strip()
         self._past += [asked, {"role": "assistant", "content": words or "(nothing)"}]
-        return words
+        return self._message(words, moment, vocabulary) if spec.says == "claims" else words
+
+    def _message(self, words: str, moment: Moment[Any], vocabulary: Vocabulary) -> Message:
+        """The claims of an answer, without the false ones if these are withheld, and then without its own words."""
+        found = find_message(words)
+        message = vocabulary.read(words if found is None else found, moment)
+        if not self._spec.filter:
+            return message
+        kept, problems = [], list(message.problems)
+        for claim in message.claims:
+            try:
+                if vocabulary.holds(claim, moment):
+                    kept.append(claim)
+                else:
+                    self.withheld += (claim,)
+            except ValueError as error:
+                problems.append(f"{error}")
+        text = message.text if len(kept) == len(message.claims) and not problems else ""
+        return Message(tuple(kept), text, tuple(problems))
+
+
+def _form(vocabulary: Vocabulary) -> dict[str, Any]:
+    """The part of a request that asks for a message."""
+    return {
+        "response_format": {"type": "json_schema", "json_schema": {"name": "message", "schema": vocabulary.schema()}}
+    }
+
+
+def _data(atoms: tuple[Atom, ...], vocabulary: Vocabulary) -> list[dict[str, Any]]:
+    """The claims among atoms that can be said."""
+    return [vocabulary.data_of(atom.claim) for atom in atoms if type(atom.claim) in vocabulary.classes.values()]
 
 
 @dataclass(frozen=True)
@@ -68,6 +116,10 @@ class LLMTeacher(AsksModel, Speaker):
     """Number of past turns in a request, 0 to 1000."""
     knows: str = "claims"
     """One of `KNOWS`."""
+    says: str = "words"
+    """One of `SAYS`. Whether the text of an answer says what its claims say is not checked."""
+    filter: bool = False
+    """Whether false claims are withheld, with the text of their answer; with `says="claims"` only."""
     input_price: float | None = None
     output_price: float | None = None
     cached_price: float | None = None
@@ -77,6 +129,10 @@ class LLMTeacher(AsksModel, Speaker):
     def __post_init__(self) -> None:
         if self.knows not in KNOWS:
             raise ValueError(unknown("value of knows", self.knows, KNOWS))
+        if self.says not in SAYS:
+            raise ValueError(unknown("value of says", self.says, SAYS))
+        if not isinstance(self.filter, bool) or (self.filter and self.says != "claims"):
+            raise ValueError(f"filter must be False, or True with says='claims', got {self.filter!r}")
         check_range("history", self.history, 0, 1000, int)
         super().__post_init__()
 
@@ -87,6 +143,8 @@ class LLMTeacher(AsksModel, Speaker):
     def facts(self) -> dict[str, Any]:
         """The prompts, each with its SHA-256."""
         prompts = {"system": _SYSTEM, "turn": _TURN + _CLAIMS}
+        if self.says == "claims":
+            prompts = {"system": _COMPOSE, "turn": _TURN + _CLAIMS + _DATA}
         return {
             "prompts": {
                 name: {"sha256": hashlib.sha256(text.encode()).hexdigest(), "text": text}

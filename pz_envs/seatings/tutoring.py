@@ -28,7 +28,9 @@ class TutoringEnv(OneSessionEnv):
     Teacher, `speech="message"`:
         Observation: Dict of `state` and `action` (`Prose`), the world and the student's last action as text.
         Action: `Prose`; an `Utterance` brings its atoms along, of which the student hears those that `feedback_type`
-        allows. Info: the privileged `moment`, and `suggestion`, the utterance of the session's teacher.
+        allows. `{"claims": [...], "text": ...}` is made into one: each claim by the info's `vocabulary`, and worded by
+        the voice if there is no text. Info: the privileged `moment`, `suggestion`, the utterance of the session's
+        teacher, and `vocabulary`, a `teachers.schema.Vocabulary` of the claims that can be said.
 
     Teacher, `speech="kinds"`:
         Observation: Dict of

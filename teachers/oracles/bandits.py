@@ -3,14 +3,18 @@
 import math
 from collections.abc import Sequence, Set
 from itertools import combinations, islice
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, FeedbackType, Moment, Scope, Verdict, claim, opposed
 from teachers.oracle import Oracle
 from teachers.rules import TownRule
+from teachers.spec import Range
 from worlds.bandits import FEATURES, Bandit, Law, Truth
+
+Look = Annotated[str, tuple(word for words in FEATURES for word in words)]
+"""A word of `worlds.bandits.FEATURES`."""
 
 
 @claim
@@ -198,7 +202,7 @@ class OneOf(Claim[Truth, Bandit]):
 
     kind = FP
     scope = Scope.WORLD
-    arms: tuple[int, ...]
+    arms: tuple[Annotated[int, Range(0, 999)], ...]
 
     @property
     def listing(self) -> str:
@@ -241,9 +245,8 @@ class NoMoreThan(Claim[Truth, Bandit]):
 class _Ranked(TownRule[Truth, Bandit]):
     """Base of rules that compare arms by their looks."""
 
-    looks: str
-    """One of the words of `worlds.bandits.FEATURES`."""
-    others: tuple[str, ...]
+    looks: Look
+    others: tuple[Look, ...]
     """Others of the same feature."""
 
     @property

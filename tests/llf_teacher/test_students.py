@@ -19,13 +19,13 @@ from llf_teacher.episodes.loop import play_turns
 from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.registry import PREFIX, entries, entry
 from llf_teacher.students.parsing import STUDENTS, parse_student, student_for
-from llf_teacher.students.reading import Reader
 from llf_teacher.studies.execution.play import play
 from pz_envs.family import all_families
 from pz_envs.learning import KINDS, Learning, NoRewards
 from pz_envs.text_mode import read_exactly
 from teachers.atoms import EditClaim, ParseFailure
 from teachers.phrasebook import Draws
+from teachers.reading import Reader
 from teachers.voice import voice_names
 
 SHOWCASE = [PREFIX + family.showcase[0] for family in all_families()]

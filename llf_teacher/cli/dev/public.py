@@ -27,8 +27,8 @@ MODULES = """
     pz_envs.seatings.classroom pz_envs.seatings.panel pz_envs.seatings.tutoring pz_envs.settings
     pz_envs.student_view pz_envs.teacher_view pz_envs.testing
     teachers.atoms teachers.batches teachers.common teachers.compiled teachers.information teachers.oracle
-    teachers.personality teachers.planning teachers.reliability teachers.session teachers.spec teachers.teacher
-    teachers.testing
+    teachers.personality teachers.planning teachers.reliability teachers.schema teachers.session teachers.spec
+    teachers.teacher teachers.testing
     worlds.batches worlds.pictures worlds.pictures.testing worlds.posteriors worlds.posteriors.testing worlds.spaces
     worlds.testing worlds.world worlds.wrapped.gym_world worlds.wrapped.old_gym
 """.split()  # noqa: SIM905 (words are easier to read than a list of literals)

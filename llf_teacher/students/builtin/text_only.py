@@ -8,9 +8,9 @@ from typing import Any
 from gymnasium import spaces
 
 from llf_teacher.students.advice import AdviceTaker, Believer
-from llf_teacher.students.reading import Reader
 from pz_envs.text_mode import read_exactly
 from teachers.atoms import FP, HN, HP, ActionClaim, Claim, EditClaim, ParseFailure, PlanClaim
+from teachers.reading import Reader
 from teachers.voice import voice_names
 
 _BLANK = "..."  # a line without words so far
@@ -54,7 +54,7 @@ class _Policy(AdviceTaker["TextOnly"]):
             text: the teacher's words.
             turn: number of turns so far.
         """
-        for claim, slots, about in self._reader.read(text):
+        for claim, slots, about, _ in self._reader.read(text):
             at = turn if about is None else about
             if issubclass(claim, ActionClaim) and claim.action_slot in slots:
                 self._hear(claim, [slots[claim.action_slot]], at, endless=True)

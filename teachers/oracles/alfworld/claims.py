@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence, Set
 from functools import lru_cache
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Scope, Verdict, claim, opposed, slot
 from teachers.oracles.alfworld.search import IDLE, distance, thing_of, verb_of
@@ -328,7 +328,7 @@ class Treat(Claim[Truth, Alfworld]):
     kind = FP
     scope = Scope.WORLD
     thing: str
-    verb: str
+    verb: Annotated[str, (*USES,)]
 
     def holds(self, moment: Moment[Truth], lab: Alfworld) -> bool:
         """Put one there untreated, and treated."""

@@ -3,10 +3,11 @@
 from collections import deque
 from collections.abc import Sequence
 from itertools import combinations
-from typing import Any
+from typing import Annotated, Any
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Scope, Verdict, claim, opposed, slot
 from teachers.rules import TownRule
+from teachers.spec import Range
 from worlds.gridworld import (
     DIRECTIONS,
     NO_DOOR,
@@ -329,7 +330,7 @@ class Within(Claim[Truth, Gridworld]):
     """True if the treasure, not yet found, can be reached from here with at most `moves` moves."""
 
     kind = FP
-    moves: int
+    moves: Annotated[int, Range(1, 999)]
 
     def holds(self, moment: Moment[Truth], lab: Gridworld) -> bool:
         """Measure by breadth-first search."""

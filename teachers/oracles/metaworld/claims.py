@@ -6,7 +6,7 @@ well is not known, so that verdicts on a target say only whether it agrees with 
 
 import math
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Scope, Verdict, claim, opposed, slot
 from teachers.common import TryAgain
@@ -18,6 +18,8 @@ Place = tuple[float, float, float]
 Errors = tuple[int, int, int]
 """How far off a place is along x, y and z, in whole centimetres; 0 where it is right enough."""
 AXES = ("x", "y", "z")
+SIGNED = ("+x", "-x", "+y", "-y", "+z", "-z")
+"""The directions along them."""
 NOTABLE = 1.0
 """The least change of distance that is judged, in centimetres."""
 CLOSE = 1e-5
@@ -475,7 +477,7 @@ class Heading(Claim[Truth, MetaWorld]):
     """True if the script wants the hand in this direction: along each named axis by more than 2 cm, give or take 1."""
 
     kind = FP
-    axes: tuple[str, ...]
+    axes: tuple[Annotated[str, SIGNED], ...]
     """Each with its sign, such as `+x`."""
     ways = slot(" and ".join, "axes")
 
@@ -520,7 +522,7 @@ class Grips(Claim[Truth, MetaWorld]):
 
     kind = FP
     scope = Scope.WORLD
-    use: str
+    use: Annotated[str, (*USES,)]
     advice = slot(USES.__getitem__, "use")
 
     def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
@@ -557,7 +559,7 @@ class Toward(Claim[Truth, MetaWorld]):
     """True if the script wants the hand on this side of where it is, by more than 2 cm, give or take 1."""
 
     kind = FP
-    axis: str
+    axis: Annotated[str, SIGNED]
     """With its sign, such as `+x`."""
 
     def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:

@@ -3,7 +3,7 @@
 import json
 from collections.abc import Sequence
 from itertools import islice
-from typing import Any
+from typing import Annotated, Any
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, Scope, claim, slot
 from teachers.oracles.movies import checks
@@ -23,6 +23,8 @@ from worlds.movies import (
 )
 from worlds.movies.catalogue import AGES, GENRES
 
+Attribute = Annotated[str, (*checks.NAMES,)]
+"""What a title has and a user can have a wish for."""
 LISTED = 3
 """The most works that are named where a title could be several."""
 
@@ -71,7 +73,7 @@ class Answer(Claim[Truth, Movies]):
 
 @claim
 class _Wished(Claim[Truth, Movies]):
-    attribute: str
+    attribute: Attribute
     wish: str
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
@@ -129,7 +131,7 @@ class TriedInVain(_Title):
 
     kind = HN
     tried = True
-    attribute: str
+    attribute: Attribute
     found: str
     wanted: str
 
@@ -211,7 +213,7 @@ class AttributeFits(_Item):
     """True if title `item` of the last list is `title`, and its `attribute`, `found`, meets the user's wish."""
 
     kind = HP
-    attribute: str
+    attribute: Attribute
     found: str
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
@@ -229,7 +231,7 @@ class AttributeMisses(_Item):
     """True if title `item` of the last list is `title`, and its `attribute`, `found`, does not meet `wanted`."""
 
     kind = HN
-    attribute: str
+    attribute: Attribute
     found: str
     wanted: str
 
@@ -424,7 +426,7 @@ class AvoidTrait(Claim[Truth, Movies]):
     kind = FN
     scope = Scope.WORLD
     commonplace = "nearly every trait that titles share misses some wish; the warning rules out a single one"
-    attribute: str
+    attribute: Attribute
     trait: str
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
@@ -442,7 +444,7 @@ class _Unsaid(Claim[Truth, Movies]):
     """Base of claims about the wish that the request leaves out."""
 
     scope = Scope.WORLD
-    attribute: str
+    attribute: Attribute
 
 
 @claim
@@ -513,7 +515,7 @@ class AlwaysWants(TownRule[Truth, Movies]):
     """True if each request of the town's user leaves out the wish that `attribute` is `wish`."""
 
     kind = FP
-    attribute: str
+    attribute: Attribute
     wish: str
 
     def fits(self, truth: Truth) -> bool:
@@ -542,7 +544,7 @@ class AlwaysSays(TownRule[Truth, Movies]):
     """True if no request of the town's user leaves out a wish about `attribute`."""
 
     kind = FN
-    attribute: str
+    attribute: Attribute
 
     def fits(self, truth: Truth) -> bool:
         """Look up what the request leaves out."""

@@ -1,8 +1,9 @@
 """The claims about proposals, each checked by making the proposals in the lab."""
 
 from collections.abc import Callable, Iterator, Sequence
+from itertools import product
 from math import dist
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -16,6 +17,10 @@ NumbersT = TypeVar("NumbersT", float, npt.NDArray[np.float64])
 """A number, or an array of them."""
 NAMES = ("x1", "x2")
 """The coordinates."""
+COURSES = tuple(f"{one} x1 and {other} x2" for one, other in product(("raise", "lower", "leave"), repeat=2))
+"""What can become of both."""
+WAYS = {"raise": 1, "lower": -1}
+"""Per change of a coordinate, its sign."""
 
 
 def proposed(lab: Optimization, truth: Truth, point: Point) -> float:
@@ -328,7 +333,7 @@ opposed(Fell, Rose)
 class _Changed(_Change):
     """Base of verdicts on the change of one coordinate alone."""
 
-    name: str
+    name: Annotated[str, NAMES]
     """`x1` or `x2`."""
     start: float
     end: float
@@ -369,7 +374,7 @@ opposed(Helped, Hurt)
 class _Course(_Targeted):
     """Base of advice whose phrases also name the directions."""
 
-    ways: str
+    ways: Annotated[str, COURSES]
     """What becomes of the coordinates, such as `raise x1 and lower x2`."""
     now: float
     loss: float
@@ -440,7 +445,7 @@ class Way(Grounded[Truth, Optimization]):
     """True if a point in these directions has a loss below `now`, which is that of the last proposal."""
 
     kind = FP
-    ways: str
+    ways: Annotated[str, COURSES]
     """What becomes of the coordinates, such as `raise x1 and lower x2`."""
     now: float
 
@@ -519,7 +524,7 @@ class _Span(Claim[Truth, Optimization]):
     """Base of claims about where points of least loss are."""
 
     scope = Scope.WORLD
-    name: str
+    name: Annotated[str, NAMES]
     """`x1` or `x2`."""
     low: float
     high: float
@@ -574,8 +579,8 @@ class Along(Claim[Truth, Optimization]):
     """
 
     kind = FP
-    name: str
-    way: str
+    name: Annotated[str, NAMES]
+    way: Annotated[str, (*WAYS,)]
 
     def holds(self, moment: Moment[Truth], lab: Optimization) -> bool:
         """Search by proposals."""
@@ -602,10 +607,6 @@ class Near(Claim[Truth, Optimization]):
     def counterparts(self, moment: Moment[Truth], lab: Optimization) -> Sequence[Claim]:
         """A smaller radius."""
         return tuple(Near(radius=self.radius / share) for share in (5, 10))
-
-
-WAYS = {"raise": 1, "lower": -1}
-"""Per change of a coordinate, its sign."""
 
 
 def _improves(moment: Moment[Truth], oracle: Any, fits: Callable[[Point], bool]) -> bool:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Annotated, Any
 
 from teachers.atoms import (
     FN,
@@ -42,7 +42,13 @@ from teachers.oracles.parking.checks import (
     write,
 )
 from teachers.oracles.parking.field import MARGIN, gain_of
+from teachers.spec import Range
 from worlds.parking import Action, Parking, Truth
+
+Share = Annotated[float, Range(-1, 1)]
+"""A number of an action."""
+Way = tuple[tuple[Share, Share], ...]
+"""Actions in order."""
 
 
 @claim
@@ -100,7 +106,7 @@ class _Named(ActionClaim[Truth, Parking]):
 
 @claim
 class _Begun(_Named):
-    rest: tuple[Action, ...]
+    rest: Way
 
     @property
     def whole(self) -> tuple[Action, ...]:
@@ -221,7 +227,7 @@ class Doomed(_Made):
 
 @claim
 class _Followed(Verdict[Truth, Parking], _Made):
-    way: tuple[Action, ...]
+    way: Way
 
     @property
     def effort(self) -> str:
@@ -335,8 +341,8 @@ class Push(Claim[Truth, Parking]):
     """True if the actions of `way` park the car and the first of them uses the pedal so."""
 
     kind = FP
-    pedal: str
-    way: tuple[Action, ...]
+    pedal: Annotated[str, PEDALS]
+    way: Way
 
     def holds(self, moment: Moment[Truth], lab: Parking) -> bool:
         """Drive them."""
@@ -351,7 +357,7 @@ class Push(Claim[Truth, Parking]):
 class Steer(Push):
     """True if the actions of `way` park the car and the first of them uses pedal and wheel so."""
 
-    wheel: str
+    wheel: Annotated[str, WHEELS]
 
     def holds(self, moment: Moment[Truth], lab: Parking) -> bool:
         """Drive them."""
@@ -399,8 +405,8 @@ class Detour(_Named):
     """
 
     kind = FN
-    way: tuple[Action, ...]
-    detour: tuple[Action, ...]
+    way: Way
+    detour: Way
 
     @property
     def effort(self) -> str:
@@ -427,8 +433,8 @@ class TurnBy(Claim[Truth, Parking]):
     """True if the car's heading is so far, to 15 degrees, from that of a car in the spot, to this side."""
 
     kind = FP
-    side: str
-    degrees: int
+    side: Annotated[str, (*SIDES,)]
+    degrees: Annotated[int, Range(0, 360)]
 
     def holds(self, moment: Moment[Truth], lab: Parking) -> bool:
         """Read both headings off the observation."""
@@ -449,7 +455,7 @@ class Within(Grounded[Truth, Parking]):
     """True if at most so many actions are enough to park the car: its ground is the advice that begins them."""
 
     kind = FP
-    count: int
+    count: Annotated[int, Range(1, 999)]
 
     def holds(self, moment: Moment[Truth], lab: Parking) -> bool:
         """Drive them."""

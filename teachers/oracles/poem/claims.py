@@ -1,7 +1,7 @@
 """The claims about poems, each checked by offering poems to the lab."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Annotated, Any
 
 from teachers.atoms import (
     FN,
@@ -19,8 +19,11 @@ from teachers.atoms import (
     opposed,
     slot,
 )
+from teachers.spec import Range
 from worlds.poem import HAIKU, MAX_LENGTH, TANKA, Poem, Truth, compose, lines_of
 
+Line = Annotated[int, Range(1, 99)]
+"""The number of a line."""
 PLACEHOLDER = "..."
 """A line that is still to be written: it has no syllables, so it is wrong."""
 
@@ -177,7 +180,7 @@ class Answer(Claim[Truth, Poem]):
 class _Tried(Verdict[Truth, Poem]):
     tried = True
     words: str
-    line: int
+    line: Line
     counted: int
     required: int
 
@@ -242,7 +245,7 @@ class LinesRight(Claim[Truth, Poem]):
     """True if these lines of the last poem, which has the right number of lines, can be read with their syllables."""
 
     kind = HP
-    lines: tuple[int, ...]
+    lines: tuple[Line, ...]
     listing = slot(numbered_lines, "lines")
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
@@ -264,7 +267,7 @@ class WrongLine(Claim[Truth, Poem]):
     """True if a line of the last poem can be read with `counted` syllables but not with `required`, as it must be."""
 
     kind = HN
-    line: int
+    line: Line
     counted: int
     required: int
     reading = slot(syllables_of, "counted")
@@ -330,7 +333,7 @@ class Write(ActionClaim[Truth, Poem], EditClaim[Truth, Poem]):
     kind = FP
     action_slot = ""
     action: str
-    line: int
+    line: Line
     syllables: int
     amount = slot(syllables_of, "syllables")
 
@@ -363,7 +366,7 @@ class Work(Grounded[Truth, Poem]):
 
     kind = FP
     commonplace = "nearly every line can be put right as long as the poem is not"
-    line: int
+    line: Line
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Offer the poem of the ground."""
@@ -387,7 +390,7 @@ class Count(Claim[Truth, Poem]):
 
     kind = FP
     scope = Scope.WORLD
-    line: int
+    line: Line
     syllables: int
     amount = slot(syllables_of, "syllables")
 
@@ -451,7 +454,7 @@ class AvoidCount(Claim[Truth, Poem]):
     kind = FN
     scope = Scope.WORLD
     commonplace = "nearly every number of syllables is wrong; the warning rules out a single one"
-    line: int
+    line: Line
     counted: int
     amount = slot(syllables_of, "counted")
 
@@ -490,7 +493,7 @@ class LinesLeft(Claim[Truth, Poem]):
     """True if just so many lines of the last poem, which has the right number of lines, must have other syllables."""
 
     kind = FP
-    lines: int
+    lines: Annotated[int, Range(0, 99)]
     length = slot(length_of, "lines")
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:

@@ -1,17 +1,19 @@
-"""Recognition of the phrasebooks' sentences in a text, without atoms."""
+"""Recognition of sentences in a text without atoms: those of the phrasebooks, and those of others, in layers."""
 
 import itertools
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from operator import itemgetter
 from typing import Any, NamedTuple
 
-from llf_teacher.students.sentences import Beginnings, Place, Sentence, Text
 from teachers.atoms import ActionClaim, Claim
 from teachers.common import Late, Probably
+from teachers.near import Near, Synonyms
 from teachers.phrasebook import Phrasebook
-from teachers.voice import PLAIN
+from teachers.schema import sentences_of
+from teachers.sentences import Beginnings, Place, Sentence, Text
+from teachers.voice import PLAIN, voice_names
 
 
 class Heard(NamedTuple):
@@ -23,6 +25,8 @@ class Heard(NamedTuple):
     """The text in each slot."""
     about_turn: int | None
     """The turn that the sentence names; None if it names none."""
+    span: tuple[int, int]
+    """Where it begins and ends in the text."""
 
 
 class Reader:
@@ -34,6 +38,7 @@ class Reader:
         phrasebook: returns the phrasebook of a voice; called when the voice is first needed.
         voices: names of the voices.
         is_action: whether a text names an action, as an action's slot must; None: any text does.
+        fits: whether the texts in a claim's slots can be there; None: any can.
     """
 
     def __init__(
@@ -41,8 +46,9 @@ class Reader:
         phrasebook: Callable[[str], Phrasebook],
         voices: Sequence[str] = (PLAIN,),
         is_action: Callable[[str], bool] | None = None,
+        fits: Callable[[type[Claim[Any]], dict[str, str]], bool] | None = None,
     ) -> None:
-        self._phrasebook, self._is_action = phrasebook, is_action
+        self._phrasebook, self._is_action, self._fits = phrasebook, is_action, fits
         self._unread = list(reversed(voices))
         self._known: list[str] = []  # the latest voice comes first
         self._lines: Beginnings[_Line] = Beginnings()
@@ -61,7 +67,7 @@ class Reader:
                 continue
             if best:
                 slots = {name: heard[span] for name, span in best.place.slots.items()}
-                yield Heard(best.line.claim, slots, about)
+                yield Heard(best.line.claim, slots, about, (at, best.place.end))
                 at = best.place.end
             else:
                 at = heard.next(None if self._unread else self._lines, at)
@@ -111,6 +117,8 @@ class Reader:
         if not doubtful and self._is_action and issubclass(line.claim, ActionClaim):
             span = place.slots.get(line.claim.action_slot)
             doubtful = span is not None and not self._is_action(text[span])
+        if not doubtful and self._fits:
+            doubtful = not self._fits(line.claim, {name: text[span] for name, span in place.slots.items()})
         in_slots = sum(end - begin for begin, end in place.slots.values())
         own = place.end - at - in_slots
         # Of doubtful readings the shortest is best; of the others, the one with most text outside slots.
@@ -153,3 +161,85 @@ def _sentence(template: str, frame: bool) -> Sentence:
         words = template.removesuffix("{text}")
         return Sentence(words.replace("{turn}", "{turn:d}").replace("{percent}", "{percent:d}"), ends=False)
     return Sentence(template)
+
+
+class SentenceReading(NamedTuple):
+    """What a sentence of others says, as far as it was read."""
+
+    text: str
+    layer: str
+    """`exact`, `near`, or empty if it was not read."""
+    claim: type[Claim[Any]] | None
+    """The class of the claim that it states."""
+    slots: dict[str, str]
+    """The text in each slot of the claim's phrases; a verdict on the last action may lack that."""
+    about_turn: int | None
+    """The turn that it names."""
+    candidates: tuple[str, ...]
+    """If it was not read, the names of the claims that came nearest."""
+
+
+class LayeredReader:
+    """Reads the sentences of people and models, in layers: the phrases of all voices, then what is near them.
+
+    Neither layer knows anything of the world. What is ambiguous is not read.
+
+    Args:
+        phrasebook: returns the phrasebook of a voice.
+        classes: the claims that the near layer reads, by name, as `teachers.schema.Vocabulary` has them.
+        table: synonyms and patterns of the family, from `teachers.near.load_synonyms`.
+        is_action: see `Reader`.
+    """
+
+    def __init__(
+        self,
+        phrasebook: Callable[[str], Phrasebook],
+        classes: Mapping[str, type[Claim[Any]]],
+        table: Synonyms,
+        is_action: Callable[[str], bool] | None = None,
+    ) -> None:
+        self._classes = dict(classes)
+        self._names = {cls: name for name, cls in classes.items()}
+        self._near = Near(classes, own_phrases(phrasebook, classes), table)
+        self._exact = Reader(phrasebook, voice_names(), is_action, self._fits)
+
+    def read(self, text: str) -> list[SentenceReading]:
+        """The readings of a text's sentences, in order; those that were not read, too."""
+        found: list[SentenceReading] = []
+        at = 0
+        for reading, (begin, end) in self._phrases_in(text):
+            found += map(self._sentence, sentences_of(text[at:begin]))
+            found.append(reading)
+            at = end
+        return [*found, *map(self._sentence, sentences_of(text[at:]))]
+
+    def _phrases_in(self, text: str) -> Iterator[tuple[SentenceReading, tuple[int, int]]]:
+        """The phrases in a text whose slots hold what they can hold, and their places."""
+        for heard in self._exact.read(text):
+            if self._fits(heard.claim, heard.slots):
+                said = text[slice(*heard.span)]
+                yield SentenceReading(said, "exact", heard.claim, heard.slots, heard.about_turn, ()), heard.span
+
+    def _fits(self, claim: type[Claim[Any]], slots: dict[str, str]) -> bool:
+        return self._near.fits(self._names.get(claim, ""), slots)
+
+    def _sentence(self, sentence: str) -> SentenceReading:
+        """The reading of one sentence: as a phrase, if it is the whole of one, else by the near layer."""
+        for reading, span in self._phrases_in(sentence):
+            if span == (0, len(sentence)):
+                return reading
+        nearest = self._near.read(sentence)
+        if nearest.claim is None:
+            return SentenceReading(sentence, "", None, {}, None, nearest.candidates)
+        return SentenceReading(sentence, "near", self._classes[nearest.claim], nearest.slots, None, ())
+
+
+def own_phrases(
+    phrasebook: Callable[[str], Phrasebook], classes: Mapping[str, type[Claim[Any]]]
+) -> dict[str, list[str]]:
+    """Per claim its phrases in all voices, without those that only frame another one."""
+    found = {}
+    for name, cls in classes.items():
+        every = dict.fromkeys(phrase for voice in voice_names() for phrase in phrasebook(voice).templates(cls))
+        found[name] = [phrase for phrase in every if not any(other != phrase and other in phrase for other in every)]
+    return found

@@ -1,0 +1,446 @@
+"""What can be said in a family: as JSON Schema, and as claims that are made from JSON, strictly and within bounds."""
+
+import json
+import math
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import fields
+from enum import Enum
+from functools import cache, cached_property
+from inspect import cleandoc
+from itertools import pairwise
+from typing import Annotated, Any, NamedTuple, get_args, get_origin
+
+from rapidfuzz import fuzz
+
+from teachers.atoms import HN, HP, ActionClaim, Atom, Claim, FeedbackType, Grounded, Moment, PlanClaim, Utterance
+from teachers.oracle import Oracle, claims_of
+from teachers.phrasebook import Phrasebook
+from teachers.spec import Range, unknown
+from worlds.world import World
+
+__all__ = ["Message", "Vocabulary", "find_message", "holds", "in_own_words", "names_of", "sentences_of"]
+
+TYPE = "type"
+"""The key that names a claim's class."""
+MOST_CLAIMS, MOST_ITEMS, LONGEST_TEXT = 32, 64, 8192
+"""The most claims of a message, items of a list, and characters of a text."""
+GREATEST_INTEGER, GREATEST_NUMBER = 9_999, 1e9
+"""Bounds of numbers of either sign, where a field has none of its own: a check takes time or memory by some of them."""
+_DEEPEST = 4  # lists in lists, of an action whose form only the world knows
+
+
+class Message(NamedTuple):
+    """What a policy in the teacher's seat says, as far as it could be read."""
+
+    claims: tuple[Claim, ...]
+    text: str
+    """The policy's own words for them; empty: the voice has to find some."""
+    problems: tuple[str, ...]
+    """For each claim that could not be made the reason."""
+
+
+class Vocabulary:
+    """The claims of feedback that can be made of JSON: those of a family, and those of all families.
+
+    A claim is an object with its class in `type`, and its fields. Actions of a verdict may be left out where there is a
+    moment: it is on the student's last. Left out are instructions, verdicts on what was tried before the episode,
+    notices, claims that are hedged or come late, and those that compare turns. The ground of a `Grounded` claim is not
+    known, so that it is checked by what it `means`.
+
+    Args:
+        claims: the classes of a family. A class of all families is called `common.Name` where the family has its name.
+        oracle: its lab decides which actions there are; None: only their form is checked.
+    """
+
+    def __init__(self, claims: Iterable[type[Claim]], oracle: Oracle | None = None) -> None:
+        own = {cls.__name__: cls for cls in claims if _can_be_said(cls)}
+        shared = [cls for cls in claims_of("teachers.common") if _can_be_said(cls)]
+        also = {f"common.{cls.__name__}" if cls.__name__ in own else cls.__name__: cls for cls in shared}
+        self.classes: dict[str, type[Claim]] = own | also
+        """The classes by their names."""
+        self._oracle = oracle
+
+    @classmethod
+    def of(cls, oracle: Oracle) -> "Vocabulary":
+        """That of an oracle."""
+        return cls(oracle.claims(), oracle)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Vocabulary) and other.classes == self.classes
+
+    __hash__ = None  # type: ignore[assignment]  # it is mutable
+
+    @property
+    def _world(self) -> World[Any] | None:
+        return None if self._oracle is None else self._oracle.lab
+
+    @cached_property
+    def _names(self) -> dict[type[Claim], str]:
+        return {cls: name for name, cls in self.classes.items()}
+
+    def schema(self, kinds: Iterable[str] = tuple(FeedbackType)) -> dict[str, Any]:
+        """The JSON Schema of a message with claims of some kinds."""
+        wanted = set(kinds)
+        forms = [self.schema_of(name) for name, cls in self.classes.items() if cls.kind in wanted]
+        claims = {"type": "array", "maxItems": MOST_CLAIMS, "items": {"anyOf": forms}}
+        text = {"type": "string", "maxLength": LONGEST_TEXT, "description": "The claims in words of your own."}
+        return {
+            "type": "object",
+            "properties": {"claims": claims, "text": text},
+            "required": ["claims"],
+            "additionalProperties": False,
+        }
+
+    def schema_of(self, name: str) -> dict[str, Any]:
+        """The JSON Schema of a class, by its name."""
+        cls = self.classes[name]
+        forms = _forms(cls)
+        properties = {field: form.schema for field, form in forms.items()}
+        if self._world is not None:
+            for field in _actions_of(cls):
+                properties[field] = {**properties[field], "description": self._world.action_syntax}
+        return {
+            "type": "object",
+            "description": f"{cls.kind}: {' '.join(cleandoc(cls.__doc__ or '').split())}",
+            "properties": {TYPE: {"const": name}, **properties},
+            "required": [TYPE, *(field for field in forms if not _may_lack(cls, field))],
+            "additionalProperties": False,
+        }
+
+    def data_of(self, claim: Claim) -> dict[str, Any]:
+        """A claim as JSON values, of which `claim_of` makes it again.
+
+        Raises:
+            ValueError: its class cannot be said.
+        """
+        if type(claim) not in self._names:
+            raise ValueError(unknown("claim", type(claim).__name__, self.classes))
+        values = {field: _plain(getattr(claim, field)) for field in _forms(type(claim))}
+        return {TYPE: self._names[type(claim)], **values}
+
+    def claim_of(self, data: Any, moment: Moment[Any] | None = None) -> Claim:
+        """The claim of some JSON values, or the claim itself if it is one.
+
+        Args:
+            data: the values.
+            moment: has the student's last action, for verdicts that leave it out.
+
+        Raises:
+            ValueError: there is none: the message names the field, what was got and what is allowed.
+        """
+        if isinstance(data, Claim):
+            data = self.data_of(data)
+        if not isinstance(data, Mapping):
+            raise ValueError(f"a claim must be an object with the key {TYPE!r}, got {_shown(data)}")
+        name = data.get(TYPE)
+        if not isinstance(name, str) or name not in self.classes:
+            raise ValueError(unknown("claim", _Shown(_shown(name)), self.classes))
+        cls = self.classes[name]
+        forms = _forms(cls)
+        given = {key: value for key, value in data.items() if key != TYPE}
+        if moment is not None and moment.before is not None:
+            given |= {field: moment.action for field in forms if field not in given and _may_lack(cls, field)}
+        for key in given:
+            if key not in forms:
+                raise ValueError(f"{name} has no field {_shown(key)}; its fields: {', '.join(forms) or 'none'}")
+        if missing := [field for field in forms if field not in given]:
+            raise ValueError(f"{name} lacks the field {missing[0]!r}; its fields: {', '.join(forms)}")
+        values = {field: self._value(f"{name}.{field}", form, given[field]) for field, form in forms.items()}
+        if self._world is not None:
+            for field in _actions_of(cls):
+                values[field] = self._legal(f"{name}.{field}", values[field])
+            if issubclass(cls, PlanClaim):
+                if not values["actions"]:
+                    raise ValueError(f"{name}.actions must be at least one action, got none")
+                values["actions"] = tuple(self._legal(f"{name}.actions", each) for each in values["actions"])
+        return cls(**values)
+
+    @staticmethod
+    def _value(where: str, form: "_Form", value: Any) -> Any:
+        try:
+            return form.read(value)
+        except (TypeError, ValueError, OverflowError, RecursionError):
+            raise ValueError(f"{where} must be {form.allowed}, got {_shown(value)}") from None
+
+    def _legal(self, where: str, action: Any) -> Any:
+        assert self._world is not None  # noqa: S101  # the caller has looked
+        try:
+            named = self._world.read(action) if isinstance(action, str) else None
+            return self._world.legal(action if named is None else named)
+        except (TypeError, ValueError, OverflowError):
+            raise ValueError(f"{where} must be {self._world.action_syntax}, got {_shown(action)}") from None
+
+    def read(self, message: Any, moment: Moment[Any] | None = None) -> Message:
+        """Read a message, an object with `claims`, a list, and `text`, neither of which it needs to have."""
+        if not isinstance(message, Mapping):
+            return Message((), "", (f"a message must be an object with claims, got {_shown(message)}",))
+        problems = [
+            f"a message has no key {_shown(key)}; allowed: claims, text" for key in message if key not in _KEYS
+        ][:1]
+        text, listed = message.get("text", ""), message.get("claims", ())
+        if text is None:
+            text = ""
+        if not isinstance(text, str) or len(text) > LONGEST_TEXT:
+            problems.append(f"text must be a string of at most {LONGEST_TEXT} characters, got {_shown(text)}")
+            text = ""
+        if not isinstance(listed, list | tuple) or len(listed) > MOST_CLAIMS:
+            problems.append(f"claims must be a list of at most {MOST_CLAIMS} claims, got {_shown(listed)}")
+            listed = ()
+        claims = []
+        for data in listed:
+            try:
+                claims.append(self.claim_of(data, moment))
+            except ValueError as error:
+                problems.append(f"{error}")
+        return Message(tuple(claims), text.strip(), tuple(problems))
+
+    def holds(self, claim: Claim, moment: Moment[Any]) -> bool:
+        """Whether a claim is true of a moment of the episode on which the oracle has started.
+
+        Raises:
+            ValueError: it cannot be checked, or there is no oracle.
+        """
+        if self._oracle is None:
+            raise ValueError("a claim can be checked only by an oracle; make the vocabulary by Vocabulary.of(oracle)")
+        return holds(claim, moment, self._oracle)
+
+    def listing(self, kinds: Iterable[str] = tuple(FeedbackType)) -> str:
+        """The classes of some kinds with their fields and what they say, one a line, for a prompt."""
+        wanted = set(kinds)
+        lines = []
+        for name, cls in self.classes.items():
+            if cls.kind in wanted:
+                parts = ", ".join(f"{field}: {form.allowed}" for field, form in _forms(cls).items())
+                lines.append(f"{name}({parts}): {' '.join(cleandoc(cls.__doc__ or '').split())}")
+        return "\n".join(lines)
+
+
+_KEYS = ("claims", "text")
+
+
+def find_message(text: str) -> Any:
+    """The JSON value in a text, which may have other words around it; None if there is none.
+
+    Time and memory are linear in the text's length.
+    """
+    begin, end = text.find("{"), text.rfind("}")
+    try:
+        return json.loads(text[begin : end + 1], object_pairs_hook=_once, parse_constant=_refuse)
+    except (ValueError, RecursionError):
+        return None
+
+
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    if len(found := dict(pairs)) < len(pairs):
+        raise ValueError("a key comes twice")
+    return found
+
+
+def _refuse(constant: str) -> Any:
+    raise ValueError(f"{constant} is no number of JSON")
+
+
+def holds(claim: Claim, moment: Moment[Any], oracle: Oracle, voice: Phrasebook | None = None) -> bool:
+    """Whether a claim is true of a moment, by its check; by what it means if its ground is not known.
+
+    Args:
+        claim: any claim of the oracle's vocabulary, however strange.
+        moment: of the episode on which the oracle has started.
+        oracle: its lab is used.
+        voice: has to have words for it; None: it need not be said.
+
+    Raises:
+        ValueError: it cannot be checked or worded: the world knows no such thing.
+    """
+    try:
+        if voice is not None:
+            voice.sentences(claim)
+        if isinstance(claim, Grounded) and not claim.grounded:
+            return bool(claim.means(moment, oracle))
+        return bool(claim.holds(moment, oracle.lab))
+    except Exception as error:  # the check of a claim of an oracle need not be ready for any field
+        raise ValueError(f"{type(claim).__name__} cannot be checked: {type(error).__name__}: {error!s:.80}") from None
+
+
+def in_own_words(atoms: Sequence[Atom], text: str, voice: Phrasebook) -> Utterance:
+    """A text that a policy gives for its claims, as an utterance.
+
+    Sentences and claims are paired by their likeness to what the voice would say, the most alike first. Sentences that
+    are left over have no claim, and claims that are left over have no text. Whether a sentence says what its claim says
+    is not checked.
+    """
+    sentences = sentences_of(text)[:MOST_ITEMS]
+    likeness = {
+        (i, j): max(fuzz.token_sort_ratio(sentence, each) for each in words)
+        for i, words in enumerate(voice.sentences(atom.claim) for atom in atoms)
+        for j, sentence in enumerate(sentences)
+    }
+    pairs: dict[int, int] = {}
+    for i, j in sorted(likeness, key=lambda pair: (-likeness[pair], pair)):
+        if i not in pairs and j not in pairs.values():
+            pairs[i] = j
+    order = sorted(range(len(atoms)), key=lambda i: (pairs.get(i, MOST_ITEMS), i))
+    return Utterance(text, tuple(atoms[i]._replace(text=sentences[pairs[i]] if i in pairs else "") for i in order))
+
+
+def sentences_of(text: str) -> list[str]:
+    """The sentences of a text, as they are written."""
+    cuts = [0, *(end.end() for end in _ENDS.finditer(text)), len(text)]
+    parts = (text[begin:end].strip() for begin, end in pairwise(cuts))
+    return [part for part in parts if any(map(str.isalnum, part))]
+
+
+_ENDS = re.compile(r"[.!?][\"')\]]*\s|\n")
+
+
+def _can_be_said(cls: type[Claim]) -> bool:
+    return isinstance(cls.kind, FeedbackType) and not cls.tried and not cls.placebo and cls.within is Claim.within
+
+
+def _actions_of(cls: Any) -> list[str]:
+    """The fields that hold an action."""
+    return [
+        field.name
+        for field in fields(cls)
+        if field.type is Any or (field.name == "action" and issubclass(cls, ActionClaim))
+    ]
+
+
+def _may_lack(cls: type[Claim], field: str) -> bool:
+    """Whether a field is the student's own action, which the moment has."""
+    return field == "action" and issubclass(cls, ActionClaim) and cls.kind in (HP, HN)
+
+
+class _Form(NamedTuple):
+    """The form of a field."""
+
+    schema: dict[str, Any]
+    allowed: str
+    """What it takes, in words."""
+    read: Callable[[Any], Any]
+    """Gives Python's value; raises if it is not allowed."""
+
+
+def _forms(cls: Any) -> dict[str, _Form]:
+    return _known_forms(cls)
+
+
+@cache
+def _known_forms(cls: Any) -> dict[str, _Form]:
+    """The forms of a class's fields, in their order.
+
+    Raises:
+        TypeError: a field has no form, or the name of the key that names the class.
+    """
+    forms = {field.name: _form(field.type) for field in fields(cls)}
+    if TYPE in forms:
+        raise TypeError(f"a claim that can be said must not have a field {TYPE!r}, got {cls.__name__}")
+    return forms
+
+
+def _form(kind: Any, *notes: Any) -> _Form:
+    """The form of a type; of its notes count a `Range`, and a tuple of texts, which are all that are allowed."""
+    if get_origin(kind) is Annotated:
+        return _form(*get_args(kind))
+    if get_origin(kind) is tuple:
+        return _tuple_form(get_args(kind))
+    if kind is Any:
+        return _Form({}, "an action", _freeze)
+    if isinstance(kind, type) and issubclass(kind, Enum):
+        members = {str(member): member for member in kind} | {member.value: member for member in kind}
+        return _choice([str(member) for member in kind], members)
+    names = next((note for note in notes if isinstance(note, tuple) and not isinstance(note, Range)), None)
+    if kind is str and names:
+        return _choice([*names], {name: name for name in names})
+    if kind is str:
+        schema = {"type": "string", "maxLength": LONGEST_TEXT}
+        return _Form(schema, f"a text of at most {LONGEST_TEXT} characters", _read_text)
+    if kind in (int, float):
+        greatest = GREATEST_INTEGER if kind is int else GREATEST_NUMBER
+        low, high = map(float, next((note for note in notes if isinstance(note, Range)), (-greatest, greatest)))
+        noun = ("an integer", "integer") if kind is int else ("a number", "number")
+        schema = {"type": noun[1], "minimum": kind(low), "maximum": kind(high)}
+        return _Form(schema, f"{noun[0]} from {low:g} to {high:g}", lambda value: _number(value, kind, low, high))
+    raise TypeError(f"a field of a claim must be a number, a text, an enumeration or a tuple of these, got {kind!r}")
+
+
+def _tuple_form(parts: tuple[Any, ...]) -> _Form:
+    free = parts[-1] is ...
+    forms = [_form(part) for part in parts if part is not ...]
+    least, most = (0, MOST_ITEMS) if free else (len(parts), len(parts))
+    alike = all(form.schema == forms[0].schema for form in forms)
+    items: dict[str, Any] = {"items": forms[0].schema} if alike else {"prefixItems": [form.schema for form in forms]}
+    size = f"at most {most}" if free else f"{most}"
+
+    def read(value: Any) -> Any:
+        if not isinstance(value, list | tuple) or not least <= len(value) <= most:
+            raise ValueError
+        return tuple(form.read(item) for form, item in zip(forms * (len(value) if free else 1), value, strict=True))
+
+    allowed = f"a list of {size}, each {forms[0].allowed}" if alike else f"a list of {most}"
+    return _Form({"type": "array", **items, "minItems": least, "maxItems": most}, allowed, read)
+
+
+def _choice(names: list[str], members: dict[Any, Any]) -> _Form:
+    def read(value: Any) -> Any:
+        if not isinstance(value, str | int) or isinstance(value, bool) or value not in members:
+            raise ValueError
+        return members[value]
+
+    return _Form({"enum": names}, f"one of {', '.join(names)}", read)
+
+
+def _read_text(value: Any) -> str:
+    if not isinstance(value, str) or len(value) > LONGEST_TEXT:
+        raise ValueError
+    return value
+
+
+def _number(value: Any, kind: type, low: float, high: float) -> Any:
+    if isinstance(value, bool) or not isinstance(value, int if kind is int else int | float):
+        raise ValueError
+    if not low <= value <= high or not math.isfinite(value):
+        raise ValueError
+    return kind(value)
+
+
+def _freeze(value: Any, depth: int = _DEEPEST) -> Any:
+    """An action as a value that can be a key, within all bounds."""
+    if isinstance(value, list | tuple) and depth and len(value) <= MOST_ITEMS:
+        return tuple(_freeze(item, depth - 1) for item in value)
+    if isinstance(value, str):
+        return _read_text(value)
+    return value if isinstance(value, bool) else _number(value, float if isinstance(value, float) else int, *_ANY)
+
+
+_ANY = (-GREATEST_NUMBER, GREATEST_NUMBER)
+
+
+def _plain(value: Any) -> Any:
+    """A value of a claim as JSON's, members of enumerations by their names."""
+    if isinstance(value, Enum):
+        return f"{value}"
+    return [_plain(item) for item in value] if isinstance(value, tuple) else value
+
+
+class _Shown(str):
+    """A text that is shown as it is."""
+
+    __slots__ = ()
+    __repr__ = str.__str__
+
+
+def _shown(value: Any) -> str:
+    """An excerpt of what was got, of any size and depth."""
+    if isinstance(value, str):
+        return f"{value!r:.60}" if len(value) <= 60 else f"{value[:50]!r} and {len(value) - 50} characters more"
+    if value is None or isinstance(value, bool | float) or (isinstance(value, int) and abs(value) < 10**30):
+        return f"{value!r}"
+    size = f" of {len(value)}" if hasattr(value, "__len__") else ""
+    return f"a {type(value).__name__}{size}"
+
+
+def names_of(cls: type[Claim]) -> dict[str, list[str]]:
+    """The fields of a class that are of an enumeration, each with all names."""
+    return {field: form.schema["enum"] for field, form in _forms(cls).items() if "enum" in form.schema}

@@ -1,0 +1,134 @@
+"""A model that composes claims: what it says is checked, whatever it answers."""
+
+import hashlib
+import json
+
+import pytest
+from endpoints import KEY, files_with
+
+from llf_teacher.models.testing import ScriptedEndpoint
+from llf_teacher.speakers.llm_teacher import LLMTeacher
+from llf_teacher.studies import run
+from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.runner import RunOptions
+from llf_teacher.tools.audit import audit
+from teachers.atoms import Label
+
+pytestmark = pytest.mark.usefixtures("no_settings")
+GRID, BANDIT = "llf-gridworld-v0", "llf-bandits-BanditTenArmedGaussian-v0"
+LIE = "Believe me."
+
+
+class Liar:
+    """Says what is true by what it is told; in every tenth answer, by a hash, it advises what it should warn of."""
+
+    def __init__(self):
+        self.lies = 0
+
+    def __call__(self, request):
+        true = json.loads(request["messages"][-1]["content"].partition("The same as claims: ")[2])
+        advice = next((claim for claim in true if claim["type"] in ("Go", "Pull")), None)
+        warning = next((claim for claim in true if claim["type"] == "Avoid"), None)
+        if advice and warning and hashlib.sha256(json.dumps(request).encode()).digest()[0] < 26:
+            self.lies += 1
+            return json.dumps({"claims": [{**advice, "action": warning["action"]}], "text": LIE})
+        return "Here you are:\n" + json.dumps({"claims": true})
+
+
+def spec(url, **settings):
+    return str(LLMTeacher("m", url, says="claims", input_price=1.0, output_price=1.0, **settings))
+
+
+def played(path, teacher, **changes):
+    study = Study(**({"ids": [GRID, BANDIT], "teachers": [teacher], "students": ["random"], "seeds": 8} | changes))
+    return run(study, path, options=RunOptions("here"))
+
+
+def turns_of(results):
+    return [turn for row in results.rows() for turn in results.turns(row["key"])]
+
+
+def test_a_study_finds_the_lies_of_a_model_and_no_others(tmp_path):
+    liar = Liar()
+    with ScriptedEndpoint(liar) as server:
+        results = played(tmp_path / "s.db", spec(server.url), max_turns=12, seeds=5)
+    atoms = [atom for turn in turns_of(results) for atom in turn["atoms"] if atom["kind"]]
+    assert [atom["label"] == "distorted" for atom in atoms] == [atom["text"] == LIE for atom in atoms]
+    assert sum(row["distorted"] for row in results.rows()) == liar.lies > 5
+    assert 0.04 < liar.lies / len(server.requests) < 0.2  # equal requests are answered alike
+    assert sum(row["unchecked"] for row in results.rows()) == 0
+    assert not any(turn["unbuilt"] or turn["withheld"] for turn in turns_of(results))
+    form = server.requests[0]["response_format"]["json_schema"]["schema"]
+    assert form["properties"]["claims"]["items"]["anyOf"]
+    assert "Go(action: one of north" in server.requests[0]["messages"][0]["content"]
+
+
+def test_an_audit_finds_them_too():
+    liar = Liar()
+    with ScriptedEndpoint(liar) as server:
+        teacher = LLMTeacher("m", server.url, says="claims").arguments()["teacher"]
+        found = audit(GRID, teacher, turns=100, students=["random"], instruction_types=["b"], max_turns=10)
+    assert found.count(Label.DISTORTED) == liar.lies > 3
+    assert found.caught
+    assert {example.text for example in found.examples} == {LIE}
+
+
+@pytest.mark.full
+def test_a_filter_withholds_the_lies_and_nothing_else(tmp_path):
+    liar = Liar()
+    with ScriptedEndpoint(liar) as server:
+        results = played(tmp_path / "s.db", spec(server.url, filter=True), ids=[GRID], max_turns=15, seeds=12)
+    turns = [turn for turn in turns_of(results) if turn["turn"]]
+    assert sum(turn["withheld"] or 0 for turn in turns) == liar.lies > 3
+    assert not any(LIE in turn["feedback"] for turn in turns)
+    assert {atom["label"] for turn in turns for atom in turn["atoms"]} == {"truthful"}
+    assert sum(not turn["feedback"] for turn in turns) == liar.lies
+
+
+ANSWERS = {
+    "words": "Go north, I would say.",
+    "nothing": "",
+    "deep": '{"claims": ' + "[" * 20_000,
+    "another family": '{"claims": [{"type": "Pull", "action": 0}]}',
+    "wrong types": '{"claims": [{"type": "Go", "action": {"way": "north"}}]}',
+    "endless number": '{"claims": [{"type": "Reward", "reward": 1e999}]}',
+    "long number": '{"claims": [{"type": "Reward", "reward": ' + "9" * 5000 + "}]}",
+    "huge": json.dumps({"claims": [{"type": "Found", "room": "x" * 100_000}]}),
+    "twice": '{"claims": [], "claims": [{"type": "Solved"}]}',
+    "the key": f'{{"claims": [{{"type": "Found", "room": "{KEY}"}}, {{"type": "{KEY}"}}]}}',
+    "code": '{"claims": [{"type": "__import__(\'os\').system(\'true\')"}]}',
+}
+
+
+@pytest.mark.parametrize("filter", [False, True])
+def test_a_hostile_model_is_counted_and_plays_to_the_end(tmp_path, monkeypatch, filter):
+    monkeypatch.setenv("LLF_LLM_API_KEY", KEY)
+    answers = iter(ANSWERS.values())
+    with ScriptedEndpoint(lambda request: next(answers, "{}")) as server:
+        results = played(tmp_path / "s.db", spec(server.url, filter=filter), ids=[GRID], seeds=3, max_turns=12)
+    assert len(server.requests) > len(ANSWERS)
+    turns = [turn for turn in turns_of(results) if turn["turn"]]
+    assert len(turns) == len(server.requests)
+    assert sum(turn["unbuilt"] or 0 for turn in turns) == len(ANSWERS)
+    said = [atom["fields"].get("room") for turn in turns for atom in turn["atoms"]]
+    assert said == ([] if filter else ["***"])
+    assert not files_with(KEY, tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("settings", "match"),
+    [
+        ({"says": "nothing"}, "unknown value of says 'nothing'; allowed: words, claims"),
+        ({"filter": True}, "filter must be False, or True with says='claims', got True"),
+        ({"says": "claims", "filter": 1}, "filter must be False, or True with says='claims', got 1"),
+    ],
+)
+def test_what_is_not_allowed(settings, match):
+    with pytest.raises(ValueError, match=match):
+        LLMTeacher("m", "http://localhost:1/v1", **settings)
+
+
+def test_the_manifest_has_the_prompt_of_claims():
+    plain, composing = (LLMTeacher("m", "http://localhost:1/v1", says=says).facts() for says in ("words", "claims"))
+    assert "JSON" in composing["prompts"]["system"]["text"]
+    assert "JSON" not in plain["prompts"]["system"]["text"]

@@ -1,0 +1,148 @@
+"""Reading what people say: near the phrases it is read, and where it is ambiguous it is not."""
+
+import time
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from llf_teacher.tools.reading import (
+    LEFT_OUT,
+    SENTENCES,
+    Result,
+    labelled,
+    read_left_out,
+    read_sentences,
+    reader_for,
+    score,
+)
+from pz_envs.family import own_families
+from teachers.near import load_synonyms
+from teachers.oracles.bandits import Pull
+from teachers.schema import Vocabulary
+from teachers.templates import Template
+
+FAMILIES = {each.name: each for each in own_families()}
+FILE = Path(__file__).parents[1] / "reading" / "sentences.txt"
+BANDITS, GRID, POEM = (reader_for(FAMILIES[name]) for name in ("bandits", "gridworld", "poem"))
+
+
+def read(reader, text):
+    return [(each.layer, each.claim and each.claim.__name__, each.slots) for each in reader.read(text)]
+
+
+@pytest.mark.parametrize(
+    ("reader", "text", "layer", "claim", "slots"),
+    [
+        (BANDITS, "Pull arm 3 next.", "exact", "Pull", {"action": "3"}),
+        (BANDITS, "go for arm three", "near", "Pull", {"action": "3"}),
+        (BANDITS, "Please don't pull arm 3 next", "near", "Avoid", {"action": "3"}),
+        (BANDITS, "The best arm is among those from 2 to 5", "near", "Among", {"low": "2", "high": "5"}),
+        (GRID, "please go esat now", "near", "Go", {"action": "east"}),
+        (GRID, "Now south, please.", "near", "Go", {"action": "south"}),
+        (POEM, "Give seven syllables to line two.", "near", "Count", {"amount": "7 syllables", "line": "2"}),
+        (POEM, "Give 7 syllables to line 2.", "exact", "Count", {"amount": "7 syllables", "line": "2"}),
+    ],
+)
+def test_numbers_order_spelling_and_synonyms_are_read(reader, text, layer, claim, slots):
+    assert read(reader, text) == [(layer, claim, slots)]
+
+
+def test_a_text_is_read_sentence_by_sentence():
+    found = read(GRID, "Hello there. Go north next. What a day! You should not head west now. Which way is it?")
+    assert found == [
+        ("", None, {}),
+        ("exact", "Go", {"action": "north"}),
+        ("", None, {}),
+        ("near", "Avoid", {"action": "west"}),
+        ("", None, {}),
+    ]
+
+
+def test_what_is_ambiguous_is_not_read_and_has_candidates():
+    (reading,) = GRID.read("south or rather not")
+    assert (reading.layer, reading.claim) == ("", None)
+    assert "Avoid" in reading.candidates
+    for text in ("go north or maybe not", "north is fine but 3 is a number", "go north and then east"):
+        assert [each.claim for each in GRID.read(text)] == [None], text
+
+
+def test_a_word_that_turns_the_sense_is_never_overlooked():
+    """Advice that is denied is not read as advice."""
+    for phrase in FAMILIES["bandits"].phrasebook("plain").templates(Pull):
+        for denied in ("Never: {}", "It would be wrong: {}", "{} Not!"):
+            text = denied.format(Template(phrase).format(Pull(action=3)))
+            assert BANDITS._near.read(text).claim != "Pull", text
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+def test_every_table_is_about_the_family(name):
+    table = load_synonyms(name)
+    classes = Vocabulary(FAMILIES[name].oracle_class().claims()).classes.values()
+    slots = {name for cls in classes for slot in dir(cls) for name in (slot, f"{cls.__name__}.{slot}")}
+    assert set(table.slots) <= slots
+    assert set(table.words) > set(load_synonyms("none").words)
+    assert all(others and word not in others for word, others in table.words.items())
+
+
+@settings(max_examples=60)
+@given(
+    st.text(max_size=200)
+    | st.lists(
+        st.sampled_from(["not", "arm", "pull", "3", "3.5", "[1]", '"', "`", "best", "-", "from", "to", "one"])
+    ).map(" ".join)
+)
+def test_any_text_is_read_without_an_error(text):
+    for each in BANDITS.read(text):
+        assert (each.layer == "") == (each.claim is None)
+
+
+def test_long_texts_take_little_time():
+    for text in ("arm 3 " * 5_000, "3 " * 10_000, "a. " * 1_000, '"' * 30_000, "[" * 30_000):
+        began = time.perf_counter()
+        BANDITS.read(text)
+        assert time.perf_counter() - began < 8, text[:10]
+
+
+def test_sentences_of_people_are_read_right_or_not_at_all():
+    """416 of them, a third of which says nothing that can be checked."""
+    sentences = list(labelled(FILE))
+    assert len(sentences) >= 400
+    assert {each.family for each in sentences} == {*FAMILIES}
+    assert sum(each.claim is None for each in sentences) >= len(sentences) / 3
+    for each in sentences:
+        vocabulary = Vocabulary(FAMILIES[each.family].oracle_class().claims())
+        assert each.claim is None or each.claim in vocabulary.classes, each
+    found = score(read_sentences(sentences, FAMILIES))
+    assert found.precision[1] >= 0.95
+    assert found.recall >= 0.5
+
+
+def test_phrases_that_are_left_out_are_read_right_or_not_at_all():
+    """In two families here; `llf dev reading` measures all of them."""
+    results = [each for name in ("bandits", "gridworld") for each in read_left_out(FAMILIES[name], turns=60)]
+    assert len(results) > 300
+    assert {each.what for each in results} == {LEFT_OUT}
+    found = score(results)
+    assert found.precision[0] >= 0.99
+    assert found.recall >= 0.2
+
+
+def test_a_score_counts_what_is_read_wrong():
+    right = Result(SENTENCES, "x", "near", "Go", "Go", True, "")
+    wrong, missed, idle = (
+        right._replace(read="No", right=False),
+        right._replace(layer="", right=False),
+        right._replace(stated="", layer="", read="", right=False),
+    )
+    found = score([right, right, wrong, missed, idle])
+    assert (found.stating, found.read, found.right, found.recall) == (4, 3, 2, 0.5)
+    assert found.precision[0] == pytest.approx(2 / 3)
+    assert found.precision[1] < 0.2
+
+
+def test_a_bad_line_is_refused(tmp_path):
+    (tmp_path / "s.txt").write_text("[bandits]\nPull action | go\n")
+    with pytest.raises(ValueError, match=r"line 2 must be `CLAIM slot=value; ... \| sentence`, got 'Pull action"):
+        list(labelled(tmp_path / "s.txt"))
