@@ -20,7 +20,6 @@ from teachers.testing import (
     check_claims,
     check_clues,
     check_contradictions,
-    check_distortion,
     check_honesty,
     check_scope,
 )
@@ -114,7 +113,7 @@ def test_the_law_is_not_seen(entry):
 def test_what_is_said_in_a_town_is_true(entry):
     few = 15 if entry.family.name in ("alfworld", "movies") else 40
     pupil = Pupil(made(entry, town=FRESH), entry.family.make_teacher, entry.family.max_turns, turns=few)
-    for check in (check_honesty, check_clues, check_scope, check_distortion, check_contradictions, check_claims):
+    for check in (check_honesty, check_clues, check_scope, check_contradictions, check_claims):
         check(pupil)
 
 
