@@ -276,19 +276,24 @@ class View:
         return Example.on(tuple(ground), actions=tuple(actions)) if actions else None
 
     def better(self, this: Any, that: Any) -> Better | None:
-        """The claim that one action is better now than another; None if there is no hindsight on such an action."""
+        """The claim that one action is better now than another; None if no hindsight tells what they are worth."""
         this, that = map(self._oracle.lab.legal, (this, that))
-        found = self._oracle.judge(self._oracle.try_out(self.moment, this)._replace(over=True), HINDSIGHT)
-        return Better.on(found[0], this=this, that=that) if found else None
+        tried = self._oracle.try_out(self.moment, this)._replace(over=True)
+        found = self._oracle.judge(tried, HINDSIGHT)
+        return Better.on(found[0], this=this, that=that) if found and self._tells(found[0], tried) else None
+
+    def _tells(self, verdict: Claim[Any], moment: Moment[Any]) -> bool:
+        """Whether a verdict tells what the action of a moment is worth, so that a comparison can be checked."""
+        return verdict.worth(moment, self._oracle.lab, moment.action) is not None
 
     def better_turn(self, ago: int) -> BetterTurn | WorseTurn | None:
         """The claim that this turn was better or worse than one so many turns ago.
 
-        None if they lost as much, and without hindsight on both.
+        None if they lost as much, and without hindsight on both that tells what they were worth.
         """
         both = self.moment, self._moments[-1 - ago]
         verdicts = [next(iter(self._hindsight_on(each)), None) for each in both]
-        if None in verdicts:
+        if not all(each and self._tells(each, moment) for each, moment in zip(verdicts, both, strict=True)):
             return None
         lost, earlier = map(self._oracle.regret, both)
         cls = BetterTurn if lost < earlier else WorseTurn

@@ -120,7 +120,7 @@ def test_a_users_own_environment_and_oracle_are_served(spec):
         action_words=lake.WORDS,
     )
     if not lesson.serves(spec):
-        assert parse_personality(spec).needs - lake.LakeOracle.abilities() in ({"hints"}, {"clues"})
+        assert parse_personality(spec).needs - lake.LakeOracle.abilities() in ({"hints"}, {"clues"}, {POSTERIOR})
         return
     found = audit(lesson, spec, turns=40)
     assert found.honest == parse_personality(spec).honest

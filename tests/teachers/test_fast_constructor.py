@@ -11,10 +11,13 @@ from teachers.oracle import claims_of
 
 CLASSES = [*claims_of(common.__name__), *(cls for family in all_families() for cls in family.oracle_class().claims())]
 
+CHECKED = {common.Probably: {"claim": Reward(reward=1.0), "p": 0.8}}
+"""Fields of claims that refuse others."""
+
 
 @pytest.mark.parametrize("cls", CLASSES, ids=lambda cls: f"{cls.__module__}.{cls.__name__}")
 def test_claims_are_those_that_the_class_makes(cls):
-    values = {field.name: f"the {field.name}" for field in fields(cls)}
+    values = CHECKED.get(cls) or {field.name: f"the {field.name}" for field in fields(cls)}
     made, called = fast_constructor(cls)(*values.values()), cls(**values)
     assert type(made) is cls
     assert made == called

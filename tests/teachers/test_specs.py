@@ -236,7 +236,9 @@ def test_a_default_out_of_range_and_an_unknown_need_are_refused_at_once():
 
     with pytest.raises(ValueError, match=r"^eps must be a number from 0 to 1, got 1\.5$"):
         personality()(bold)
-    with pytest.raises(ValueError, match=r"^unknown ability 'value'; did you mean values\? allowed: values, import"):
+    with pytest.raises(
+        ValueError, match=r"^unknown ability 'value'; did you mean values or clues\? allowed: values, import"
+    ):
         personality(needs=["hindsight", "value"])
 
 
@@ -270,7 +272,7 @@ def test_personalities_are_frozen(name):
     [
         (
             "mistakes",
-            r"unknown personality 'mistakes'; did you mean mistake\b.*\? allowed: adversarial, .*, worked_example$",
+            r"unknown personality 'mistakes'; did you mean mistake\b.*\? allowed: adversarial, ",
         ),
         ("oracle | orcale", r"unknown personality 'orcale'; did you mean oracle\b.*\? allowed: "),
         ("Oracle", r"unknown personality 'Oracle'; did you mean oracle\b.*\? allowed: "),

@@ -25,6 +25,8 @@ _INSTEAD = {
     "mistake": "mistake(eps=0.5)",
     "drifting": "drifting(after=2)",
     "myopic": "myopic(gamma=0.5)",
+    "overconfident": "partial(worlds=64) | overconfident",
+    "timid": "partial(worlds=64) | timid",
 }
 """Specs to show for personalities that rarely differ from the oracle with their default parameters."""
 
