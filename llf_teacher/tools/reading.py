@@ -141,7 +141,7 @@ def _value(text: str) -> str | float:
         return text.strip().casefold()
 
 
-class Score(NamedTuple):
+class Counted(NamedTuple):
     """Counts over some sentences."""
 
     stating: int
@@ -162,11 +162,11 @@ class Score(NamedTuple):
         return self.right / self.stating if self.stating else 0.0
 
 
-def score(results: Iterable[Result]) -> Score:
+def score(results: Iterable[Result]) -> Counted:
     """The counts of some results."""
     results = list(results)
     read = [each for each in results if each.layer]
-    return Score(sum(bool(each.stated) for each in results), len(read), sum(each.right for each in read))
+    return Counted(sum(bool(each.stated) for each in results), len(read), sum(each.right for each in read))
 
 
 def table(results: Iterable[Result]) -> Table:

@@ -58,7 +58,8 @@ def test_the_gallery_shows_a_lesson_under_several_personalities(tmp_path, monkey
 def test_each_personality_differs_from_the_oracle_somewhere(name):
     entry = gallery_entry(name)
     head, *rows = [line for line in entry.splitlines() if line.startswith("| ")]
-    assert head.startswith("| turn | action | `oracle` | `" + name)
+    assert head.startswith("| turn | action | `oracle` | `")
+    assert name in head
     _, first, *_ = rows
     *_, plain, own, _ = first.split("|") if "\\|" not in first else ("", "", "a", "b", "")
     assert plain.strip() != own.strip()
