@@ -83,7 +83,7 @@ def draw(values: Values, figure: "Figure") -> None:
         }
         bars(axes, list(STUDENTS), found)
         axes.set(title=family, ylabel="regret")
-    panels[0].legend()
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
 
 
 ROW = Row(

@@ -97,7 +97,7 @@ def draw(values: Values, figure: "Figure") -> None:
     found = {name: [mean_interval(values(**_setting(family, name))[:, 0]) for family in WORLDS] for name in STUDENTS}
     bars(axes, list(WORLDS), found)
     axes.set_ylabel("agreement with the first student")
-    axes.legend()
+    figure.legend(loc="outside lower center", ncols=3)
 
 
 ROW = Row(

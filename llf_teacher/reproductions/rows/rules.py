@@ -131,6 +131,7 @@ def draw(values: Values, figure: "Figure") -> None:
             line(axes, AFTER, [mean_interval(column) for column in values(**_setting(family, teacher)).T], teacher)
         axes.set(title=family, xlabel="worlds of the town", ylabel="regret so far")
         axes.set_xscale("log", base=2)
+        axes.set_xticks(AFTER, list(map(str, AFTER)))
     name_lines(figure)
 
 

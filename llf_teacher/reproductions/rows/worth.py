@@ -94,7 +94,7 @@ def draw(values: Values, figure: "Figure") -> None:
     }
     bars(axes, [" and ".join(families) for families in CHOICES], found)
     axes.set_ylabel("rank correlation with regret saved")
-    axes.legend()
+    figure.legend(loc="outside lower center", ncols=3)
 
 
 ROW = Row(
