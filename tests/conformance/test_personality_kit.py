@@ -151,7 +151,9 @@ LIARS = {
 }
 
 
-@pytest.mark.parametrize("spec", ["oracle", "mistake(eps=0.3)", "delayed(turns=2) | vague", "partial"])
+@pytest.mark.parametrize(
+    "spec", ["oracle", "mistake(eps=0.3)", "delayed(turns=2) | vague", pytest.param("partial", marks=pytest.mark.full)]
+)
 def test_good_personalities_pass(spec):
     kit.check_personality(spec, pupil())
 

@@ -37,11 +37,16 @@ COMPLETE = [name for name, family in FAMILIES.items() if is_complete(family)]
 RICH = [name for name in QUICK if is_rich(FAMILIES[name])]
 
 
+def few_worlds(name):
+    """The spec of a personality, with few worlds if it draws some."""
+    return (
+        f"{name}(worlds=8)" if "worlds" in {field.name for field in dataclasses.fields(PERSONALITIES[name])} else name
+    )
+
+
 def light(name):
-    """The spec of a personality, with few worlds if it draws some; not if these are all that it knows."""
-    cls = PERSONALITIES[name]
-    draws = any(field.name == "worlds" for field in dataclasses.fields(cls))
-    return f"{name}(worlds=8)" if draws and not cls().evidence else name
+    """The same, but with all worlds if these are all that it knows."""
+    return name if PERSONALITIES[name]().evidence else few_worlds(name)
 
 
 def pairs(*more, names=QUICK):

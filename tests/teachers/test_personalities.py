@@ -10,7 +10,7 @@ import pytest
 from design import sampled
 from lessons import ALPHA, fits, lab, pupil
 from scipy.stats import chisquare
-from shelf import FAMILIES, RICH, pairs
+from shelf import FAMILIES, RICH, few_worlds, pairs
 
 from teachers.atoms import KINDS, Moment, ParseFailure, contradictions
 from teachers.common import Right, Solved, Truism, TryAgain, Wrong
@@ -277,7 +277,8 @@ def test_the_instruction_does_not_depend_on_the_personality(name):
         (i, tuple(atom.text for atom in episode[0].atoms if atom.kind not in ("fp", "fn")))
         for personality in PERSONALITIES.names
         if FAMILIES[name].serves(personality)
-        for i, episode in enumerate(heard(name, personality, instruction_type="p", turns=FEW))
+        if name == "bandits" or few_worlds(personality) == personality  # elsewhere worlds take longer
+        for i, episode in enumerate(heard(name, few_worlds(personality), instruction_type="p", turns=FEW))
     }
     assert len(openings) == len(heard(name, "oracle", instruction_type="p", turns=FEW)) > 1
 
