@@ -208,7 +208,7 @@ def test_clues_of_arms_are_true_of_their_means():
 
 def test_clues_of_a_user_are_true_of_the_wish_that_was_not_said():
     for moment, scratch in moments("movies"):
-        profile, unsaid, _, _ = moment.after
+        profile, unsaid, *_ = moment.after
         wish = tuple(profile.words(unsaid).split(" or "))
         for attribute in NAMES:
             assert About(attribute=attribute).holds(moment, scratch) == (attribute == unsaid)
