@@ -37,22 +37,21 @@ COMPLETE = [name for name, family in FAMILIES.items() if is_complete(family)]
 RICH = [name for name in QUICK if is_rich(FAMILIES[name])]
 
 
-def few_worlds(name):
-    """The spec of a personality, with few worlds if it draws some."""
-    return (
-        f"{name}(worlds=8)" if "worlds" in {field.name for field in dataclasses.fields(PERSONALITIES[name])} else name
-    )
+def lightest(name):
+    """The spec of a personality, with few worlds if it draws some: for what does not depend on what is true."""
+    draws = any(field.name == "worlds" for field in dataclasses.fields(PERSONALITIES[name]))
+    return f"{name}(worlds=8)" if draws else name
 
 
 def light(name):
-    """The same, but with all worlds if these are all that it knows."""
-    return name if PERSONALITIES[name]().evidence else few_worlds(name)
+    """The spec of a personality, with few worlds if it draws some; not if these are all that it knows."""
+    return name if PERSONALITIES[name]().evidence else lightest(name)
 
 
-def pairs(*more, names=QUICK):
-    """Names of families and specs of personalities that they serve: all on the shelf, and more.
+def pairs(*more, names=QUICK, spec=light):
+    """Names of families and specs of personalities that they serve: all on the shelf, each by `spec`, and more.
 
     Personalities know no family: slow ones are left to the audit and to the cross of options.
     """
-    specs = (*map(light, PERSONALITIES.names), *more)
+    specs = (*map(spec, PERSONALITIES.names), *more)
     return [(name, spec) for name in names for spec in specs if FAMILIES[name].serves(spec)]

@@ -10,13 +10,12 @@ import pytest
 from design import sampled
 from lessons import ALPHA, fits, lab, pupil
 from scipy.stats import chisquare
-from shelf import FAMILIES, RICH, few_worlds, pairs
+from shelf import FAMILIES, RICH, lightest, pairs
 
 from teachers.atoms import KINDS, Moment, ParseFailure, contradictions
 from teachers.common import Right, Solved, Truism, TryAgain, Wrong
-from teachers.personality import PERSONALITIES
 
-TURNS, FEW = 800, 150
+TURNS, FEW, FEWEST = 800, 150, 20
 
 
 @cache
@@ -236,10 +235,10 @@ def test_stages_are_asked_from_left_to_right(personality, said):
 
 @sampled(lambda name, personality, feedback_type: {name, personality, feedback_type})
 @pytest.mark.parametrize("feedback_type", ["n", "r", "hp+fn", "m"])
-@pytest.mark.parametrize(("name", "personality"), pairs("mistake(eps=1) | delayed(turns=1)", names=RICH))
+@pytest.mark.parametrize(("name", "personality"), pairs("mistake(eps=1) | delayed(turns=1)", names=RICH, spec=lightest))
 def test_the_feedback_type_bounds_what_any_personality_says(name, personality, feedback_type):
     allowed = set(KINDS) if feedback_type == "m" else {kind for kind in KINDS if kind in feedback_type.split("+")}
-    for _, said in turns(name, personality, feedback_type=feedback_type, turns=FEW):
+    for _, said in turns(name, personality, feedback_type=feedback_type, turns=FEWEST):
         assert {claim.kind for claim in said} <= allowed
 
 
@@ -273,14 +272,18 @@ def test_a_further_stage_does_not_change_the_draws_of_the_others(name, one, othe
 
 @on_every_family
 def test_the_instruction_does_not_depend_on_the_personality(name):
-    openings = {
-        (i, tuple(atom.text for atom in episode[0].atoms if atom.kind not in ("fp", "fn")))
-        for personality in PERSONALITIES.names
-        if FAMILIES[name].serves(personality)
-        if name == "bandits" or few_worlds(personality) == personality  # elsewhere worlds take longer
-        for i, episode in enumerate(heard(name, few_worlds(personality), instruction_type="p", turns=FEW))
-    }
-    assert len(openings) == len(heard(name, "oracle", instruction_type="p", turns=FEW)) > 1
+    def openings(personality):
+        teacher = pupil(name).make_teacher(pupil(name).make_world(), personality, instruction_type="p")
+        rng = np.random.default_rng(0)
+        for episode in play(name)[:5]:
+            teacher.reset(rng.spawn(1)[0])
+            said = [teacher.speak(moment) for moment in episode[:2]]
+            yield tuple(atom.text for atom in said[0].atoms if atom.kind not in ("fp", "fn"))
+
+    expected = list(openings("oracle"))
+    assert len(set(expected)) > 1
+    for _, personality in pairs(names=[name], spec=lightest):
+        assert list(openings(personality)) == expected
 
 
 @on_every_family

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from design import sampled
 from lessons import pupil
-from shelf import COMPLETE, FAMILIES, RICH, pairs
+from shelf import COMPLETE, FAMILIES, RICH, lightest, pairs
 
 from teachers.atoms import FN, FP, KINDS, SILENCE, Moment, ParseFailure, Utterance
 from teachers.common import NotUnderstood
@@ -206,7 +206,7 @@ def test_in_the_seat_it_says_what_it_says_of_the_moment(name):
 
 
 @sampled(lambda name, personality, settings: {name, personality, str(settings)})
-@pytest.mark.parametrize(("name", "personality"), pairs(names=RICH))
+@pytest.mark.parametrize(("name", "personality"), pairs(names=RICH, spec=lightest))
 @pytest.mark.parametrize("settings", [{}, {"instruction_type": "p", "feedback_type": "m"}], ids=["plain", "drawn"])
 def test_the_same_stream_gives_the_same_episodes(name, personality, settings):
     teacher, moments = make(name, personality, **settings)
