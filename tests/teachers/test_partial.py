@@ -209,7 +209,7 @@ def test_its_hedges_are_calibrated(id, sees, lessons):
 def test_bent_hedges_are_not_calibrated():
     """The same hedges, said with more or less confidence."""
     for bend in ("overconfident", "timid"):
-        assert calibration(hedges(f"partial | {bend}(by=20)", GRID, 400, turns=0)) < ALPHA
+        assert calibration(hedges(f"partial | {bend}(by=20)", GRID, 1000, turns=0)) < ALPHA
 
 
 def test_what_it_says_flatly_is_true_where_worlds_are_listed():
