@@ -67,9 +67,12 @@ def clues() -> str:
         world.reset(seed=_SEED)
         oracle = family.make_teacher(world).oracle
         oracle.start(world.truth)
-        first, *_, last = oracle.clues(world.truth)
-        told = (f"{family.phrasebook().sentences(each)[0]} ({each.kind}, {each.scope})" for each in (first, last))
-        rows.append((family.name, *map(markdown.escape, told)))
+        if found := oracle.clues(world.truth):
+            told = (
+                f"{family.phrasebook().sentences(each)[0]} ({each.kind}, {each.scope})"
+                for each in (found[0], found[-1])
+            )
+            rows.append((family.name, *map(markdown.escape, told)))
     return table(("family", "the first clue", "the last"), rows)
 
 
