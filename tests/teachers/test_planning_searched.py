@@ -768,3 +768,25 @@ class Forward(gymnasium.Env):
 def test_what_cannot_count_steps_is_refused():
     with pytest.raises(PlanningError, match=r"the number of steps \(cell\) decides"):
         lesson(Forward)
+
+
+class Raising(gymnasium.Env):
+    """A line whose steps to the left raise at the third place."""
+
+    action_space, observation_space = spaces.Discrete(3), spaces.Discrete(9)
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.place = 0
+        return self.place, {}
+
+    def step(self, action):
+        if (self.place, action) == (3, 0):
+            raise RuntimeError("out of order")
+        self.place = min(max(self.place + int(action) - 1, 0), 8)
+        return self.place, float(self.place == 8), self.place == 8, False, {}
+
+
+def test_an_environment_that_raises_where_it_is_searched_is_refused_with_its_reason():
+    with pytest.raises(PlanningError, match=r"raised RuntimeError\('out of order'\) after action 0 in a state that was"):
+        llf_teacher.teach(Raising(), oracle="searched", text=True, max_turns=12)

@@ -345,7 +345,7 @@ class SearchingOracle(_PlanOracle):
         ruins: list[Claim] = []
         detours: list[Claim] = []
         for action in (each for each in task.choices if each != first):
-            after = task.way.step(lab, saved, action)
+            after = task.step(lab, saved, action)
             answer = answer_of(action, lab)
             if after.solved or after.drew:
                 continue

@@ -74,6 +74,19 @@ class SearchTask:
         """For how many actions the episode has to last, of those that are left; 0 where it is to be solved."""
         return 0 if self.lasts is None else min(self.lasts, room)
 
+    def step(self, lab: GymWorld, saved: Any, action: Any, luck: int | None = None) -> Stepped:
+        """Take an action in a saved state, as of `WayBack`.
+
+        Raises:
+            PlanningError: the environment raised.
+        """
+        try:
+            return self.way.step(lab, saved, action, luck)
+        except Exception as error:
+            raise PlanningError(
+                f"the environment raised {error!r} after action {action} in a state that was tried"
+            ) from error
+
     def key(self, env: _Env, depth: int) -> Hashable:
         """The key by which a state is searched once; where the episode has to last, once after so many actions."""
         return self.state(env) if self.lasts is None else (self.state(env), depth)
@@ -178,7 +191,7 @@ def _search(task: SearchTask, lab: GymWorld, room: int, watch: "_Watch | None") 
         for action in task.choices:
             if taken >= task.nodes or time.monotonic() - begun > task.seconds:
                 return found(least)
-            after, depth = task.way.step(lab, node.saved, action), node.depth + 1
+            after, depth = task.step(lab, node.saved, action), node.depth + 1
             taken += 1
             child = _Node(task.key(after.env, depth), after.saved, depth, node, action)
             reached = task.reached(after, depth, room)
@@ -209,7 +222,7 @@ def depends(
     """Whether what a step led to, with this key, was drawn; it is taken again with other random numbers."""
     if not after.drew:
         return False
-    others = (task.way.step(lab, saved, action, luck) for luck in _LUCK)
+    others = (task.step(lab, saved, action, luck) for luck in _LUCK)
     return any(
         (other.terminated, other.solved, task.key(other.env, depth)) != (after.terminated, after.solved, key)
         for other in others
@@ -239,7 +252,7 @@ class _Watch:
             for action, result in self._results.get(node.key, {}).items():
                 if time.monotonic() - begun > self._task.seconds:
                     return
-                after = self._task.way.step(self._lab, node.saved, action)
+                after = self._task.step(self._lab, node.saved, action)
                 key = self._task.key(after.env, node.depth + 1)
                 if (key, after.terminated, after.solved) != result:
                     raise PlanningError(
@@ -265,7 +278,7 @@ def check_counts(task: SearchTask, lab: GymWorld, counts: Sequence[str], room: i
     while queue and taken < _COUNTED:
         saved, depth = queue.popleft()
         for action in task.choices:
-            now = task.way.step(lab, saved, action)
+            now = task.step(lab, saved, action)
             taken += 1
             key = task.key(now.env, depth + 1)
             steps.append((saved, depth, action, (key, now.terminated, now.solved)))
@@ -277,7 +290,7 @@ def check_counts(task: SearchTask, lab: GymWorld, counts: Sequence[str], room: i
         for name in counts:
             setattr(late.unwrapped, name, getattr(late.unwrapped, name) + count - depth)
         try:
-            later = task.way.step(lab, late, action)
+            later = task.step(lab, late, action)
             alike = later.truncated or (task.key(later.env, depth + 1), later.terminated, later.solved) == result
         except Exception:  # it cannot be so late there
             alike = False
@@ -359,7 +372,7 @@ def refuted(task: SearchTask, lab: GymWorld, most: float, room: int) -> bool:
         here, layer, depth = layer, [], depth + 1
         for saved in here:
             for action in task.choices:
-                after = task.way.step(lab, saved, action)
+                after = task.step(lab, saved, action)
                 taken += 1
                 key = task.key(after.env, depth)
                 far = task.measures and task.rank(after.env, depth) > most
