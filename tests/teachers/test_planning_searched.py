@@ -788,5 +788,7 @@ class Raising(gymnasium.Env):
 
 
 def test_an_environment_that_raises_where_it_is_searched_is_refused_with_its_reason():
-    with pytest.raises(PlanningError, match=r"raised RuntimeError\('out of order'\) after action 0 in a state that was"):
+    with pytest.raises(
+        PlanningError, match=r"raised RuntimeError\('out of order'\) after action 0 in a state that was"
+    ):
         llf_teacher.teach(Raising(), oracle="searched", text=True, max_turns=12)
