@@ -34,7 +34,7 @@ def regrets(
 def informed(
     id: str, *, student: str, teacher: str, seed: int, turns: int, worlds: int, **options: Any
 ) -> tuple[list[float], Gain]:
-    """Regret of each turn of an episode, and how much the student was told.
+    """Regret of each turn of an episode, and how much was said to the student.
 
     Args:
         id: the environment, whose worlds have a posterior.

@@ -1,6 +1,6 @@
 """Takes advice: does what the teacher says to do next.
 
-Lessons of advice (fp) beside as many words that say nothing of the task. A student that does what it is told has no
+Lessons of advice (fp) beside as many words that say nothing of the task. A student that does what is advised has no
 regret; the score says nothing of whether it understands why.
 """
 
