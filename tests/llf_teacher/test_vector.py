@@ -17,7 +17,9 @@ from llf_teacher.registry import PREFIX, entries
 from pz_envs.family import all_families
 from pz_envs.teacher_view import SUBSET_BITS
 from teachers.atoms import FN, FP, KINDS, ActionClaim
+from worlds.batches.gridworld import GridworldBatch, _pool_of
 from worlds.batches.streams import Stream, Streams
+from worlds.gridworld import Gridworld
 from worlds.testing import plain
 
 BATCHED = [family for family in all_families() if family.world_batch]
@@ -352,3 +354,17 @@ def test_what_is_seen_stays_as_it_was():
     batch.step(np.ones(50, int))
     assert plain(seen) == kept
     assert SUBSET_BITS[0].sum() == 0  # nothing is written into shared tables
+
+
+def test_equal_options_share_a_pool():
+    """It is drawn once for them, whatever the seed and the number of rows."""
+
+    def houses(rows, **options):
+        batch = GridworldBatch(Gridworld(**options), rows, pool=5)
+        batch.draw(np.arange(rows), np.random.default_rng(rows))
+        return plain(tuple(table[rows * batch.states :] for table in batch.houses))
+
+    _pool_of.cache_clear()
+    assert houses(2) == houses(3)
+    assert houses(2) != houses(2, num_rooms=19) != houses(2, num_rooms=19, town=1)
+    assert _pool_of.cache_info().misses == 3
