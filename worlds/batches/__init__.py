@@ -1,7 +1,8 @@
 """Batches: many worlds of the same class and options in arrays, one per row. Each family has a module of its name."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from itertools import islice
 from typing import Any, ClassVar, Generic, NamedTuple, TypeVar
 
 import numpy as np
@@ -14,6 +15,8 @@ __all__ = ["ALL", "Bools", "Floats", "Ints", "Outcome", "Rows", "StateT", "World
 
 StateT = TypeVar("StateT", bound=tuple[npt.NDArray[Any], ...])
 """A NamedTuple of arrays of shape (rows, ...)."""
+
+_AT_ONCE = 1024
 
 
 class Outcome(NamedTuple):
@@ -43,6 +46,13 @@ class WorldBatch(ABC, Generic[TruthT, StateT]):
     @abstractmethod
     def load(self, rows: Ints, truths: Sequence[TruthT]) -> None:
         """Set the states of rows."""
+
+    def load_each(self, rows: Ints, truths: Iterable[TruthT]) -> None:
+        """Set the states of rows, some at a time: a truth takes much more memory than its row."""
+        truths = iter(truths)
+        for first in range(0, len(rows), _AT_ONCE):
+            part = rows[first : first + _AT_ONCE]
+            self.load(part, list(islice(truths, len(part))))
 
     @abstractmethod
     def draw(self, rows: Ints, rng: np.random.Generator) -> None:

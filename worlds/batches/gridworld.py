@@ -95,7 +95,7 @@ class GridworldBatch(WorldBatch[Truth, State]):
     def draw(self, rows: Ints, rng: np.random.Generator) -> None:
         """Draw houses, from the pool if there is one."""
         if not self._pool:
-            self.load(rows, [self.world.draw(rng) for _ in range(len(rows))])
+            self.load_each(rows, (self.world.draw(rng) for _ in rows))
             return
         if not len(self._starts):
             self._fill()
@@ -177,5 +177,5 @@ def _pool_of(make: type[Gridworld], options: tuple[tuple[str, Any], ...], count:
     """
     batch = GridworldBatch(make(**dict(options)), count, pool=0)
     rng = np.random.default_rng(_POOL_SEED)
-    batch.load(np.arange(count), [batch.world.draw(rng) for _ in range(count)])
+    batch.load_each(np.arange(count), (batch.world.draw(rng) for _ in range(count)))
     return batch.houses, batch.place()

@@ -118,7 +118,7 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
             self._draws = np.random.default_rng([each for each in seeds if each is not None])
         self._streams.states[rows] = self._draws.integers(2**64, size=len(rows), dtype=np.uint64)
         if given.any():
-            self.worlds.load(rows[given], [self._first(seeds[row]) for row in rows[given].tolist()])
+            self.worlds.load_each(rows[given], (self._first(seeds[row]) for row in rows[given].tolist()))
         if not given.all():
             self.worlds.draw(rows[~given], self._draws)
         if self._done is None:
