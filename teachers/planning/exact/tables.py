@@ -34,12 +34,13 @@ class OfTable:
 
     def __call__(self, env: _Env) -> int | None:
         """Read it; a table is compared once."""
-        table = getattr(env.unwrapped, "P", None)
+        bare = env.unwrapped
+        table = getattr(bare, "P", None)
         if table is not self._last:
             self._last, self._same = table, False
             with contextlib.suppress(PlanningError):
                 self._same = _read(env) == self._transitions
-        return state_number(env) if self._same else None
+        return state_number(bare) if self._same else None
 
     def __getstate__(self) -> dict[str, Any]:
         return self.__dict__ | {"_last": None}
