@@ -233,8 +233,9 @@ class ExactOracle(Oracle[Position, GymWorld]):
     def _practice(self, truth: Position, rng: np.random.Generator) -> tuple[Claim, ...]:
         values = self.model.at(truth, self.lab)
         told, pairs = self._telling(values, truth.seen, truth.turn), {WellChosen: TriedWell, PoorlyChosen: TriedPoorly}
-        drawn = rng.permutation(self.model.actions).tolist() if told else []
-        verdicts = [self._verdict(told, action) for action in drawn]
+        if told is None:
+            return ()
+        verdicts = [self._verdict(told, action) for action in rng.permutation(self.model.actions).tolist()]
         known = [(pairs[type(each)], each) for each in verdicts if each is not None and type(each) in pairs]
         return tuple(cls(action=each.action, answer=each.answer, lost=each.lost) for cls, each in known[:_TRIES])
 
