@@ -34,7 +34,7 @@ from teachers.planning.exact.claims import (
 )
 from teachers.planning.exact.exploring import explore, explored
 from teachers.planning.exact.tables import table_of
-from teachers.planning.exact.worths import NOTHING, Worth, Worths
+from teachers.planning.exact.worths import NOTHING, Lost, Worth, Worths
 from teachers.planning.known import Known, State, known, words_of
 from teachers.planning.planner import Planned, Planner, PlanningError, check_own_draws, check_steps
 from teachers.planning.transitions import Transitions
@@ -181,7 +181,7 @@ def _whole(turn: int) -> float:
 class _Told(NamedTuple):
     """What can be told of a state in which actions differ."""
 
-    lost: list[Worth | None]
+    lost: Lost
     """What each action loses; None for those that lose too little for a word."""
     advice: Choose | None
     """None if the action that is ranked first is not surely a best one."""
@@ -274,13 +274,13 @@ class ExactOracle(Oracle[Position, GymWorld]):
             told = self._there[key] = self._tell(*values.compared(state, turn))
             return told
 
-    def _tell(self, lost: list[Worth | None], ranks: list[float]) -> _Told | None:
+    def _tell(self, lost: Lost, ranks: list[float]) -> _Told | None:
         """What can be told where actions lose this and are ranked so; see `Worths.compared`."""
         poor = [action for action, each in enumerate(lost) if each is not None and any(each)]
         if not poor:
             return None
         best, worst = ranks.index(max(ranks)), min(poor, key=ranks.__getitem__)
-        advice = _choose(best, self._names[best]) if lost[best] == NOTHING else None
+        advice = self._choices[best] if lost[best] == NOTHING else None
         earned, length = lost[worst]  # type: ignore[misc]  # it loses something
         warning = (_avoid if earned else _dawdle)(worst, self._names[worst], rounded(earned or length))
         return _Told(lost, advice, warning, {})
@@ -289,10 +289,15 @@ class ExactOracle(Oracle[Position, GymWorld]):
         if action not in told.verdicts:
             lost, verdict = told.lost[action], None
             if lost is not None:
-                said = _poorly if lost.earned else _slower if lost.length else _well
-                verdict = said(action, self._names[action], rounded(lost.earned or lost.length))
+                earned, later = lost
+                said = _poorly if earned else _slower if later else _well
+                verdict = said(action, self._names[action], rounded(earned or later))
             told.verdicts[action] = verdict
         return told.verdicts[action]
+
+    @cached_property
+    def _choices(self) -> list[Choose]:
+        return [_choose(action, name) for action, name in enumerate(self._names)]
 
     @cached_property
     def _names(self) -> list[str]:

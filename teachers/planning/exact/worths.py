@@ -28,6 +28,8 @@ class Worth(NamedTuple):
 
 
 NOTHING = Worth(0.0, 0.0)
+Lost = tuple[tuple[float, float] | None, ...]
+"""The `Worth` that each action loses, in bare tuples: thousands are kept, and these the garbage collector passes by."""
 
 
 class Worths:
@@ -143,17 +145,17 @@ class Worths:
             return last
         return max(self.horizon - turn, 0) - 1
 
-    def compared(self, state: Hashable, turn: int) -> tuple[list[Worth | None], list[float]]:
-        """`all_lost` and `ranked` of `worths`, which are not made: most turns need no more."""
+    def compared(self, state: Hashable, turn: int) -> tuple[Lost, list[float]]:
+        """What is lost, as in `all_lost`, and `ranked` of `worths`, which are not made: most turns need no more."""
         at = self.stage(turn)
         if at < 0 or state not in self._index:
-            return [NOTHING] * self.actions, [0.0] * self.actions
+            return (tuple(NOTHING),) * self.actions, [0.0] * self.actions
         sums, lengths = self._row(at, self._index[state])
         most = max(sums)
         pairs = list(zip(sums, lengths, strict=True))
         fewest = min([length for earned, length in pairs if earned >= most - self._equal])
         return (
-            [self._lost(most - earned, length - fewest) for earned, length in pairs],
+            tuple([self._lost(most - earned, length - fewest) for earned, length in pairs]),
             [earned - self.price * length for earned, length in pairs],
         )
 
@@ -191,12 +193,12 @@ class Worths:
         best = self.best(worths)
         return tuple((self.equals(worth.earned, best.earned), -worth.length) for worth in worths)
 
-    def _lost(self, earned: float, later: float) -> Worth | None:
+    def _lost(self, earned: float, later: float) -> tuple[float, float] | None:
         if earned > self._equal:
-            return Worth(earned, 0.0) if earned > self.margin else None
+            return (earned, 0.0) if earned > self.margin else None
         if later > _SOONER:
-            return Worth(0.0, later) if later > _NOTED else None
-        return NOTHING
+            return (0.0, later) if later > _NOTED else None
+        return (0.0, 0.0)
 
     def all_lost(self, worths: tuple[Worth, ...]) -> list[Worth | None]:
         """How much less than the best each action earns, or how much later it earns as much; zeros for a best one.
@@ -204,7 +206,8 @@ class Worths:
         None for one that is not, but loses too little for a word.
         """
         best = self.best(worths)
-        return [self._lost(best.earned - earned, length - best.length) for earned, length in worths]
+        lost = [self._lost(best.earned - earned, length - best.length) for earned, length in worths]
+        return [None if each is None else Worth(*each) for each in lost]
 
     @property
     def certain(self) -> bool:
