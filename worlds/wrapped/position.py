@@ -37,9 +37,9 @@ class Episode:
         return self  # copies of a world fork it before they append
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)  # not frozen, which doubles the time that one takes to make
 class Position:
-    """The truth of a wrapped environment."""
+    """The truth of a wrapped environment; nobody changes it."""
 
     seen: Any
     """The value of `look`; the observation if there is no `look`."""

@@ -34,7 +34,7 @@ from teachers.planning.exact.claims import (
 )
 from teachers.planning.exact.exploring import explore, explored
 from teachers.planning.exact.tables import table_of
-from teachers.planning.exact.worths import Worth, Worths
+from teachers.planning.exact.worths import NOTHING, Lost, Worth, Worths
 from teachers.planning.known import Known, State, known, words_of
 from teachers.planning.planner import Planned, Planner, PlanningError, check_own_draws, check_steps
 from teachers.planning.transitions import Transitions
@@ -181,11 +181,13 @@ def _whole(turn: int) -> float:
 class _Told(NamedTuple):
     """What can be told of a state in which actions differ."""
 
-    verdicts: tuple[WellChosen | PoorlyChosen | Slower | None, ...]
-    """By action; None for those that lose too little for a word."""
+    lost: Lost
+    """What each action loses; None for those that lose too little for a word."""
     advice: Choose | None
     """None if the action that is ranked first is not surely a best one."""
     warning: Avoid
+    verdicts: dict[int, WellChosen | PoorlyChosen | Slower | None]
+    """By action, those that were asked for."""
 
 
 class ExactOracle(Oracle[Position, GymWorld]):
@@ -196,10 +198,11 @@ class ExactOracle(Oracle[Position, GymWorld]):
 
     def __init__(self, scratch: Callable[[], GymWorld]) -> None:
         super().__init__(scratch)
-        self._told: dict[tuple[Worth, ...], _Told | None] = {}
         self._of: Worths | None = None
         self._there: dict[tuple[int, Any], _Told | None] = {}
         """By stage and state what can be told, in the values `_of`."""
+        self._last: tuple[Position | None, int, _Told | None] = None, 0, None
+        """What was told last: of this truth, with so many turns of texts that were no action."""
 
     @cached_property
     def model(self) -> Atlas:
@@ -230,14 +233,16 @@ class ExactOracle(Oracle[Position, GymWorld]):
     def _practice(self, truth: Position, rng: np.random.Generator) -> tuple[Claim, ...]:
         values = self.model.at(truth, self.lab)
         told, pairs = self._telling(values, truth.seen, truth.turn), {WellChosen: TriedWell, PoorlyChosen: TriedPoorly}
-        drawn = [told.verdicts[action] for action in rng.permutation(self.model.actions)] if told else []
-        known = [(pairs[type(each)], each) for each in drawn if each is not None and type(each) in pairs]
+        if told is None:
+            return ()
+        verdicts = [self._verdict(told, action) for action in rng.permutation(self.model.actions).tolist()]
+        known = [(pairs[type(each)], each) for each in verdicts if each is not None and type(each) in pairs]
         return tuple(cls(action=each.action, answer=each.answer, lost=each.lost) for cls, each in known[:_TRIES])
 
     def _hindsight(self, claims: list[Claim], moment: Moment[Position], kinds: Set[FeedbackType]) -> None:
         told = self._told_at(moment.past, moment)
         if told is not None:
-            verdict = told.verdicts[moment.action]
+            verdict = self._verdict(told, moment.action)
             if verdict is not None and verdict.kind in kinds:
                 claims.append(verdict)
 
@@ -250,40 +255,49 @@ class ExactOracle(Oracle[Position, GymWorld]):
                 claims.append(told.warning)
 
     def _told_at(self, truth: Position, moment: Moment[Position]) -> _Told | None:
-        values = self.model.at(truth, self.lab)
-        turn = used(truth, moment, values)
-        return None if turn is None else self._telling(values, truth.seen, turn)
+        unread = moment.turn - moment.after.turn
+        if truth is not self._last[0] or unread != self._last[1]:
+            values = self.model.at(truth, self.lab)
+            turn = used(truth, moment, values)
+            told = None if turn is None else self._telling(values, truth.seen, turn)
+            self._last = truth, unread, told
+        return self._last[2]
 
     def _telling(self, values: Worths, state: Any, turn: int) -> _Told | None:
         """What can be told of a state after so many turns; None if no action loses anything."""
         if values is not self._of:
             self._of, self._there = values, {}
         key = values.stage(turn), state
-        if key not in self._there:
-            worths = values.worths(state, turn)
-            if worths not in self._told:  # all that is told follows from these
-                self._told[worths] = self._tell(worths, values)
-            self._there[key] = self._told[worths]
-        return self._there[key]
+        try:
+            return self._there[key]
+        except KeyError:
+            told = self._there[key] = self._tell(*values.compared(state, turn))
+            return told
 
-    def _tell(self, worths: tuple[Worth, ...], values: Worths) -> _Told | None:
-        lost, names = values.all_lost(worths), self._names
-        poor = [action for action, each in enumerate(lost) if each is not None and (each.earned or each.length)]
+    def _tell(self, lost: Lost, ranks: list[float]) -> _Told | None:
+        """What can be told where actions lose this and are ranked so; see `Worths.compared`."""
+        poor = [action for action, each in enumerate(lost) if each is not None and any(each)]
         if not poor:
             return None
-        verdicts = tuple(
-            None
-            if each is None
-            else (_poorly if each.earned else _slower if each.length else _well)(
-                action, names[action], rounded(each.earned or each.length)
-            )
-            for action, each in enumerate(lost)
-        )
-        ranks = values.ranked(worths)
         best, worst = ranks.index(max(ranks)), min(poor, key=ranks.__getitem__)
-        advice = _choose(best, names[best]) if type(verdicts[best]) is WellChosen else None
-        warns = _avoid if type(verdicts[worst]) is PoorlyChosen else _dawdle
-        return _Told(verdicts, advice, warns(worst, names[worst], verdicts[worst].lost))  # type: ignore[union-attr]  # it loses
+        advice = self._choices[best] if lost[best] == NOTHING else None
+        earned, length = lost[worst]  # type: ignore[misc]  # it loses something
+        warning = (_avoid if earned else _dawdle)(worst, self._names[worst], rounded(earned or length))
+        return _Told(lost, advice, warning, {})
+
+    def _verdict(self, told: _Told, action: int) -> WellChosen | PoorlyChosen | Slower | None:
+        if action not in told.verdicts:
+            lost, verdict = told.lost[action], None
+            if lost is not None:
+                earned, later = lost
+                said = _poorly if earned else _slower if later else _well
+                verdict = said(action, self._names[action], rounded(earned or later))
+            told.verdicts[action] = verdict
+        return told.verdicts[action]
+
+    @cached_property
+    def _choices(self) -> list[Choose]:
+        return [_choose(action, name) for action, name in enumerate(self._names)]
 
     @cached_property
     def _names(self) -> list[str]:

@@ -31,18 +31,26 @@ class OfTable:
         self._transitions = transitions
         self._last: Any = None
         self._same = False
+        self._env: _Env | None = None
+        self._bare: Any = None
 
     def __call__(self, env: _Env) -> int | None:
         """Read it; a table is compared once."""
-        table = getattr(env.unwrapped, "P", None)
+        if env is not self._env:
+            self._env, self._bare = env, env.unwrapped
+        bare = self._bare
+        table = getattr(bare, "P", None)
         if table is not self._last:
             self._last, self._same = table, False
             with contextlib.suppress(PlanningError):
                 self._same = _read(env) == self._transitions
-        return state_number(env) if self._same else None
+        if not self._same:
+            return None
+        state = bare.s
+        return state if type(state) is int else state_number(bare)
 
     def __getstate__(self) -> dict[str, Any]:
-        return self.__dict__ | {"_last": None}
+        return self.__dict__ | {"_last": None, "_env": None, "_bare": None}
 
 
 def table_of(env: _Env, turns: int) -> tuple[Transitions, State, str]:

@@ -28,6 +28,8 @@ class Worth(NamedTuple):
 
 
 NOTHING = Worth(0.0, 0.0)
+Lost = tuple[tuple[float, float] | None, ...]
+"""The `Worth` that each action loses, in bare tuples: thousands are kept, and these the garbage collector passes by."""
 
 
 class Worths:
@@ -129,14 +131,33 @@ class Worths:
             return (Worth(0.0, 0.0),) * self.actions
         key = at, self._index[state]
         if key not in self._listed:
-            pairs = zip(self._earned[at][key[1]].tolist(), self._lengths[at][key[1]].tolist(), strict=True)
-            self._listed[key] = tuple(Worth(*pair) for pair in pairs)
+            self._listed[key] = tuple(map(Worth, *self._row(*key)))
         return self._listed[key]
+
+    def _row(self, at: int, row: int) -> tuple[list[float], list[float]]:
+        """The sums of rewards and the lengths of a state's actions."""
+        return self._earned[at][row].tolist(), self._lengths[at][row].tolist()
 
     def stage(self, turn: int) -> int:
         """The index of the worths after so many actions; -1 if no action is left."""
-        left = len(self._earned) if self.horizon is None else self.horizon - turn
-        return min(max(left, 0), len(self._earned)) - 1
+        last = len(self._earned) - 1
+        if self.horizon is None or self.horizon - turn > last:
+            return last
+        return max(self.horizon - turn, 0) - 1
+
+    def compared(self, state: Hashable, turn: int) -> tuple[Lost, list[float]]:
+        """What is lost, as in `all_lost`, and `ranked` of `worths`, which are not made: most turns need no more."""
+        at = self.stage(turn)
+        if at < 0 or state not in self._index:
+            return (tuple(NOTHING),) * self.actions, [0.0] * self.actions
+        sums, lengths = self._row(at, self._index[state])
+        most = max(sums)
+        pairs = list(zip(sums, lengths, strict=True))
+        fewest = min([length for earned, length in pairs if earned >= most - self._equal])
+        return (
+            tuple([self._lost(most - earned, length - fewest) for earned, length in pairs]),
+            [earned - self.price * length for earned, length in pairs],
+        )
 
     def expected(self, state: Hashable, turn: int) -> tuple[Worth, ...]:
         """The same by Bellman's equation for this one state, from the worths of the states that may follow."""
@@ -154,8 +175,9 @@ class Worths:
 
     def best(self, worths: tuple[Worth, ...]) -> Worth:
         """The greatest sum, with the fewest actions that earn it."""
-        most = max(worth.earned for worth in worths)
-        return Worth(most, min(worth.length for worth in worths if worth.earned >= most - self._equal))
+        most = max(worths).earned
+        least = most - self._equal
+        return Worth(most, min([length for earned, length in worths if earned >= least]))
 
     def equals(self, one: float, other: float) -> bool:
         """Whether two sums differ by rounding only."""
@@ -163,20 +185,20 @@ class Worths:
 
     def ranked(self, worths: tuple[Worth, ...]) -> tuple[float, ...]:
         """One number for each action: its sum, less a price of time that decides between equal sums."""
-        return tuple(worth.earned - self.price * worth.length for worth in worths)
+        price = self.price
+        return tuple([earned - price * length for earned, length in worths])
 
     def exactly(self, worths: tuple[Worth, ...]) -> tuple[tuple[bool, float], ...]:
         """A rank for each action, in which time decides between equal sums only: the best sums, the shortest first."""
         best = self.best(worths)
         return tuple((self.equals(worth.earned, best.earned), -worth.length) for worth in worths)
 
-    def _lost(self, best: Worth, mine: Worth) -> Worth | None:
-        earned, later = best.earned - mine.earned, mine.length - best.length
+    def _lost(self, earned: float, later: float) -> tuple[float, float] | None:
         if earned > self._equal:
-            return Worth(earned, 0.0) if earned > self.margin else None
+            return (earned, 0.0) if earned > self.margin else None
         if later > _SOONER:
-            return Worth(0.0, later) if later > _NOTED else None
-        return NOTHING
+            return (0.0, later) if later > _NOTED else None
+        return (0.0, 0.0)
 
     def all_lost(self, worths: tuple[Worth, ...]) -> list[Worth | None]:
         """How much less than the best each action earns, or how much later it earns as much; zeros for a best one.
@@ -184,7 +206,8 @@ class Worths:
         None for one that is not, but loses too little for a word.
         """
         best = self.best(worths)
-        return [self._lost(best, mine) for mine in worths]
+        lost = [self._lost(best.earned - earned, length - best.length) for earned, length in worths]
+        return [None if each is None else Worth(*each) for each in lost]
 
     @property
     def certain(self) -> bool:
