@@ -168,7 +168,7 @@ class Belief(Information):
             self._left -= self._worlds
             conflicts = np.array(false) - min(false)
             self._weights = np.power(1 - self._trust, conflicts.astype(float))
-            if self._hedges():
+            if any(isinstance(claim, HedgedClaim) for claim, *_ in self._heard):
                 counts = self._weights > 0
                 self._weights[counts] *= [
                     self._likelihood(world) for world, counted in zip(self._pool, counts, strict=True) if counted
@@ -178,19 +178,14 @@ class Belief(Information):
                 break
         self._conflicts = min(false)
 
-    def _hedges(self) -> list[tuple[Claim, int, float]]:
-        """The hedged claims, each with its turn and with how much a world counts in which it does not hold."""
-        return [
-            (claim, about, 1 - self._trust + self._trust * (1 - claim.p) / claim.p)
-            for claim, about, _ in self._heard
-            if isinstance(claim, HedgedClaim)
-        ]
-
     def _likelihood(self, world: DrawnWorld) -> float:
         """How much a world counts by the hedged claims, beside those in which all of these hold."""
         if world.likelihood is None:
-            doubts = (doubt for claim, about, doubt in self._hedges() if not self._is_true(claim, about, world))
-            world.likelihood = math.prod(doubts)
+            world.likelihood = math.prod(
+                self._doubt(claim)
+                for claim, about, _ in self._heard
+                if isinstance(claim, HedgedClaim) and not self._is_true(claim, about, world)
+            )
         return world.likelihood
 
     def _false(self, world: DrawnWorld, limit: float = math.inf) -> int:

@@ -154,11 +154,6 @@ class Gain(NamedTuple):
         return self.saved / self.valued_bits if self.valued_bits else None
 
 
-def _doubt(claim: HedgedClaim) -> float:
-    """How much a world counts in which a hedged claim is false, beside one in which it is true."""
-    return (1 - claim.p) / claim.p
-
-
 class DrawnWorld:
     """A world that was drawn."""
 
@@ -192,6 +187,8 @@ class Information:
     Raises:
         ValueError: `worlds` is not an integer of at least 1.
     """
+
+    _trust = 1.0  # in what is heard
 
     def __init__(
         self,
@@ -281,9 +278,9 @@ class Information:
 
     def _measure_hedge(self, claim: HedgedClaim, held: list[DrawnWorld]) -> tuple[Bits, list[DrawnWorld]]:
         """The same of a hedged claim, given the worlds in which it is true."""
-        true = set(map(id, held))
-        after = [world for world in self._pool if id(world) in true or self._rng.random() < _doubt(claim)]
-        weights = [1.0 if id(world) in true else _doubt(claim) for world in self._pool]
+        true, doubt = set(map(id, held)), self._doubt(claim)
+        after = [world for world in self._pool if id(world) in true or self._rng.random() < doubt]
+        weights = [1.0 if id(world) in true else doubt for world in self._pool]
         saved = self._saved(self._pool, self._pool, weights)
         return Bits(len(self._pool), len(held), saved, p=claim.p), after
 
@@ -317,11 +314,15 @@ class Information:
         """
         for i, (claim, about, _) in enumerate(self._heard):
             if not self._is_true(claim, about, world):
-                if isinstance(claim, HedgedClaim) and self._rng.random() < _doubt(claim):
+                if isinstance(claim, HedgedClaim) and self._rng.random() < self._doubt(claim):
                     continue
                 self._heard.insert(0, self._heard.pop(i))
                 return False
         return True
+
+    def _doubt(self, claim: HedgedClaim) -> float:
+        """How much a world counts in which a hedged claim is false, beside one in which it is true."""
+        return 1 - self._trust + self._trust * (1 - claim.p) / claim.p
 
     def _is_true(self, claim: Claim, about: int, world: DrawnWorld) -> bool:
         """Whether a claim is true in a world, as it is said."""

@@ -48,7 +48,7 @@ class Spec:
     """A frozen dataclass that is named like its module; `str` gives its spec string.
 
     A class outside `package` is named as in Python: `str` shows the name, but no spec string finds it. Fields that are
-    annotated with a `Range` are checked.
+    annotated with a `Range` are checked, but for None in a field of `float | None`.
     """
 
     package: ClassVar[str] = ""
@@ -63,7 +63,9 @@ class Spec:
     def __post_init__(self) -> None:
         for name, kind, bounds in self._ranges():
             low, high = (getattr(self, bound) if isinstance(bound, str) else bound for bound in bounds)
-            check_range(name, getattr(self, name), low, high, kind)
+            value = getattr(self, name)
+            if value is not None or not isinstance(None, kind):
+                check_range(name, value, low, high, kind)
 
     @classmethod
     @cache
