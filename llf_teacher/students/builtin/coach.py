@@ -110,5 +110,3 @@ class Coach(Evaluated):
         check_shares(self, "trace", "gamma")
         if self.listens not in _LISTENS:
             raise ValueError(f"listens must be one of {', '.join(_LISTENS)}, got {self.listens!r}")
-        if not isinstance(self.episodic, bool):
-            raise ValueError(f"episodic must be True or False, got {self.episodic!r}")

@@ -83,13 +83,3 @@ class Reasoner(Student):
     reads = "atoms"
     draws_worlds = True
     policy = _Policy
-
-    @property
-    def remembers(self) -> bool:
-        """True unless it forgets."""
-        return not self.forget
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not isinstance(self.forget, bool):
-            raise ValueError(f"forget must be True or False, got {self.forget!r}")

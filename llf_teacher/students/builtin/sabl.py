@@ -97,7 +97,5 @@ class Sabl(Evaluated):
         super().__post_init__()
         check_range("error", self.error, 1e-6, 0.5 - 1e-6)
         check_shares(self, "plus", "minus")
-        if not isinstance(self.infers, bool):
-            raise ValueError(f"infers must be True or False, got {self.infers!r}")
         if self.tiles:
             raise ValueError(f"tiles must be 0, got {self.tiles}: sabl infers each state separately")
