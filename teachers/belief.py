@@ -14,10 +14,9 @@ import numpy.typing as npt
 
 from teachers.atoms import Atom, Claim, HedgedClaim, Moment, Scope
 from teachers.common import Reward
-from teachers.information import DrawnWorld, Information
-from teachers.oracle import Oracle
+from teachers.information import DrawnWorld, Grounds, Information
 from teachers.spec import check_range
-from worlds.posteriors import NoWorldError, Posterior
+from worlds.posteriors import NoWorldError
 
 __all__ = ["DRAWS", "Belief", "Sealed"]
 
@@ -50,7 +49,7 @@ class Belief(Information):
     1 - trust + trust * (1 - p) / p as much as where it does; for a flat claim, with p = 1, that would be 1 - trust.
 
     Args:
-        posterior, oracle, worlds: as of `Information`; the oracle has values.
+        grounds, worlds: as of `Information`; the oracle has values.
         rng: draws the worlds.
         trust: 0 to 1; 0: nothing that is said counts, 1: no world counts in which more is false than in others.
 
@@ -59,14 +58,9 @@ class Belief(Information):
     """
 
     def __init__(
-        self,
-        posterior: Posterior[Any],
-        oracle: Oracle[Any, Any],
-        rng: np.random.Generator,
-        worlds: int | None = None,
-        trust: float = 1.0,
+        self, grounds: Grounds, rng: np.random.Generator, worlds: int | None = None, trust: float = 1.0
     ) -> None:
-        super().__init__(posterior, oracle, rng, worlds)
+        super().__init__(grounds, rng, worlds)
         check_range("trust", trust, 0, 1)
         self._trust = trust
         self._first = 0  # the turn that was seen first

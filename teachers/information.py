@@ -25,7 +25,7 @@ from teachers.spec import is_count
 from worlds.posteriors import Draw, NoWorldError, Posterior
 from worlds.world import WorldTurn
 
-__all__ = ["LEAST", "TRIES", "WORLDS", "Bits", "Gain", "Information"]
+__all__ = ["LEAST", "TRIES", "WORLDS", "Bits", "Gain", "Grounds", "Information"]
 
 WORLDS = 256
 """Number of worlds by which a claim is measured."""
@@ -154,6 +154,15 @@ class Gain(NamedTuple):
         return self.saved / self.valued_bits if self.valued_bits else None
 
 
+class Grounds(NamedTuple):
+    """By which it is found out what a student can know."""
+
+    posterior: Posterior[Any]
+    """Draws worlds."""
+    oracle: Oracle[Any, Any]
+    """Starts in these: another one than that of a teacher, with a lab of its own."""
+
+
 class DrawnWorld:
     """A world that was drawn."""
 
@@ -179,8 +188,7 @@ class Information:
     For each turn, `see` what happened, then `hear` what was said of it.
 
     Args:
-        posterior: draws the worlds.
-        oracle: of the family, with a lab of its own; it starts on drawn worlds, so that no teacher may use it.
+        grounds: by which it is found out.
         rng: draws the worlds, apart from all streams of the lesson.
         worlds: number of worlds by which a claim is measured; None: `WORLDS`.
 
@@ -190,19 +198,15 @@ class Information:
 
     _trust = 1.0  # in what is heard
 
-    def __init__(
-        self,
-        posterior: Posterior[Any],
-        oracle: Oracle[Any, Any],
-        rng: np.random.Generator,
-        worlds: int | None = None,
-    ) -> None:
+    def __init__(self, grounds: Grounds, rng: np.random.Generator, worlds: int | None = None) -> None:
         worlds = WORLDS if worlds is None else worlds
         if not is_count(worlds):
             raise ValueError(f"worlds must be an integer of at least 1, got {worlds!r}")
-        self._posterior, self._oracle, self._rng, self._worlds = posterior, oracle, rng, worlds
-        self._keeps = posterior.exact and not posterior.chancy  # few worlds, which are drawn again and again
-        self._values = "values" in oracle.abilities()
+        self._posterior, self._oracle = grounds
+        self._rng, self._worlds = rng, worlds
+        # Few worlds, which are drawn again and again.
+        self._keeps = self._posterior.exact and not self._posterior.chancy
+        self._values = "values" in self._oracle.abilities()
         self._moments: list[Moment[Any]] = []
         self._turns: list[WorldTurn[Any]] = []
         self._heard: list[tuple[Claim, int, int]] = []  # each with the turn that it is about, and that of its hearing

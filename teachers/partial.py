@@ -7,10 +7,9 @@ import numpy as np
 
 from teachers.atoms import KINDS, Claim, FeedbackType, Moment
 from teachers.common import hedge
-from teachers.information import DrawnWorld, Information
-from teachers.oracle import Oracle
+from teachers.information import DrawnWorld, Grounds, Information
 from teachers.spec import unknown
-from worlds.posteriors import Draw, NoWorldError, Posterior
+from worlds.posteriors import Draw, NoWorldError
 from worlds.world import WorldTurn
 
 __all__ = ["EVIDENCE", "PartialOracle"]
@@ -34,7 +33,7 @@ class PartialOracle(Information):
     1 / (n + 2), if all shares are equally likely beforehand (Laplace's rule of succession).
 
     Args:
-        posterior, oracle, worlds: as of `Information`.
+        grounds, worlds: as of `Information`.
         rng: draws the worlds and the walk.
         sees: one of `EVIDENCE`.
         steps: actions of the walk, at most.
@@ -45,15 +44,14 @@ class PartialOracle(Information):
 
     def __init__(
         self,
-        posterior: Posterior[Any],
-        oracle: Oracle[Any, Any],
+        grounds: Grounds,
         rng: np.random.Generator,
         worlds: int | None = None,
         *,
         sees: str = "student",
         steps: int = 10,
     ) -> None:
-        super().__init__(posterior, oracle, rng, worlds)
+        super().__init__(grounds, rng, worlds)
         if sees not in EVIDENCE:
             raise ValueError(unknown("evidence", sees, EVIDENCE))
         self._sees, self._steps = sees, steps

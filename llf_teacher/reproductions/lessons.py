@@ -4,11 +4,12 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from llf_teacher.episodes.loop import Turn, play_turns
+from llf_teacher.episodes.loop import play_turns
 from llf_teacher.gym import StudentEnv, make
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import Policy
 from teachers.information import Bits
+from teachers.session import Turn
 
 WORLDS: dict[str, tuple[str, dict[str, Any]]] = {
     "bandits": ("llf-bandits-BanditTenArmedRandomFixed-v0", {}),

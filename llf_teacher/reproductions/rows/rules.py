@@ -68,11 +68,11 @@ class _Town:
         id, options = WORLDS[family]
         self._seated = partial(seated, id, STUDENT, turns=TURNS, town=seed, **options)
         self._first = AFTER[-1] * seed
-        _, self._policy = self._seated("silent")
+        _, self._policy = self._seated(teacher="silent")
 
     def lesson(self, world: int, teacher: str, *, bits: bool = False) -> _Told:
         """A lesson in one of the worlds; what is said in how many bits is measured if it is asked for."""
-        env, _ = self._seated(teacher)
+        env, _ = self._seated(teacher=teacher)
         lost, said = 0.0, []
         for turn, regret, measured in judged(env, self._policy, self._first + world, 64 if bits else 0):
             lost += regret

@@ -503,7 +503,7 @@ class _LeftOut(TownRule[Truth, Movies]):
 
     def means(self, moment: Moment[Truth], oracle: Any) -> bool:
         """Read the wish that is left out, which is that of the law."""
-        return moment.after.law is not None and self.fits(moment.after)
+        return moment.after.law is not None and bool(self.fits(moment.after))
 
 
 @claim
