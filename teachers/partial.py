@@ -97,7 +97,7 @@ class PartialOracle(Information):
                 rest = (w for w, claims in zip(worlds, said, strict=True) if claim not in claims)
                 share += sum(p for moment, _, p in rest if claim.holds(moment, self._oracle.lab))
                 found.append(claim if share > 1 - _NEAR else hedge(claim, share))
-        return sorted(found, key=lambda claim: _ORDER[claim.kind])
+        return [claim for kind in KINDS for claim in found if claim.kind is kind]
 
     def _moment_in(self, draw: Draw[Any]) -> Moment[Any]:
         return DrawnWorld(draw, self._moments).moment(len(self._moments) - 1)
@@ -114,6 +114,3 @@ class PartialOracle(Information):
             if terminated or truncated:
                 break
         return turns
-
-
-_ORDER: dict[FeedbackType | None, int] = {kind: i for i, kind in enumerate(KINDS)}

@@ -358,6 +358,11 @@ class _Kept(Claim[Truth, Alfworld]):
         "place", lambda _, moment, __: sorted({name.rpartition(" ")[0] for name in _contents(moment.after)})
     )
 
+    def _found(self, moment: Moment[Truth]) -> list[bool]:
+        """Whether a `thing` lay there, for each such place."""
+        places = _contents(moment.after).items()
+        return [self.thing in things for name, things in places if name.rpartition(" ")[0] == self.place]
+
 
 @claim
 class NotKept(_Kept):
@@ -367,8 +372,8 @@ class NotKept(_Kept):
 
     def holds(self, moment: Moment[Truth], lab: Alfworld) -> bool:
         """Look into all of them."""
-        found = [things for name, things in _contents(moment.after).items() if name.rpartition(" ")[0] == self.place]
-        return bool(found) and not any(self.thing in things for things in found)
+        found = self._found(moment)
+        return bool(found) and not any(found)
 
 
 @claim
@@ -380,11 +385,7 @@ class Kept(_Kept):
 
     def holds(self, moment: Moment[Truth], lab: Alfworld) -> bool:
         """Look into all of them."""
-        return any(
-            self.thing in things
-            for name, things in _contents(moment.after).items()
-            if name.rpartition(" ")[0] == self.place
-        )
+        return any(self._found(moment))
 
     def excludes(self, other: Claim) -> bool:
         """That there was none."""
