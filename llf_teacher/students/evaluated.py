@@ -12,7 +12,7 @@ from llf_teacher.students.student import Policy, Student, frozen, state_of
 from pz_envs.subject import Subject
 from teachers.atoms import HN, HP, ActionClaim
 from teachers.common import Reward
-from teachers.spec import Range, check_range
+from teachers.spec import Range
 from worlds.world import World
 
 Features = tuple[Hashable, ...]
@@ -215,9 +215,3 @@ def softmax(scores: np.ndarray) -> np.ndarray:
     """Probabilities in proportion to the exponentials of the scores, shape (actions,)."""
     weights = np.exp(scores - scores.max())
     return np.asarray(weights / weights.sum())
-
-
-def check_shares(student: Any, *names: str) -> None:
-    """Check that parameters are from 0 to 1."""
-    for name in names:
-        check_range(name, getattr(student, name), 0, 1)
