@@ -45,8 +45,7 @@ class TownRule(Claim[TruthT, WorldT]):
         """What `fits` finds in the moment's world and in `WORLDS` others of the town, in these once for all moments."""
         if lab.options.get("town") is None:
             return set()
-        town = _Town(type(lab), repr(sorted(lab.options.items())), lab.scratch)
-        return {self.fits(moment.after)} | _shown(self, town)
+        return {self.fits(moment.after)} | _shown(self, _town_of(lab))
 
 
 @dataclass(frozen=True)
@@ -56,6 +55,10 @@ class _Town:
     world: type[World[Any]]
     options: str
     scratch: Callable[[], World[Any]] = field(compare=False)
+
+
+def _town_of(lab: World[Any]) -> _Town:
+    return _Town(type(lab), repr(sorted(lab.options.items())), lab.scratch)
 
 
 @lru_cache(maxsize=8)

@@ -11,16 +11,6 @@ from llf_teacher.students.student import Policy
 from teachers.information import Bits
 from teachers.session import Turn
 
-WORLDS: dict[str, tuple[str, dict[str, Any]]] = {
-    "bandits": ("llf-bandits-BanditTenArmedRandomFixed-v0", {}),
-    "gridworld": ("llf-gridworld-v0", {"map": True}),
-}
-"""The families whose students have both a posterior and values: an environment and its options."""
-EPISODES, TURNS = 8, 12
-"""Lessons of a seed for each teacher and student, each in another world; turns of each."""
-BOTH = f"Ten-armed bandits, and houses whose plan is in the instruction; lessons of {TURNS} turns"
-"""These lessons in words."""
-
 
 def seated(id: str, student: str, teacher: str, turns: int | None, **options: Any) -> tuple[StudentEnv, Policy[Any]]:
     """An environment, and a student in its seat; arguments as of `regrets`."""
@@ -66,14 +56,6 @@ def regrets(
     """
     _, *played = judged(*seated(id, student, teacher, turns, **options), seed)
     return [lost for _, lost, _ in played], [turn.moment.success for turn, *_ in played]
-
-
-def mean_regret(family: str, student: str, teacher: str, first: int) -> float:
-    """The mean regret of `EPISODES` lessons in a family of `WORLDS`, with seeds from `first` on."""
-    id, options = WORLDS[family]
-    seeds = range(first, first + EPISODES)
-    lost = [regrets(id, student=student, teacher=teacher, seed=each, turns=TURNS, **options)[0] for each in seeds]
-    return total(list(map(total, lost))) / EPISODES
 
 
 def total(values: list[float]) -> float:

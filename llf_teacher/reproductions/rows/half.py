@@ -1,16 +1,25 @@
 """A teacher who knows about half, calibrated or too sure of itself, for students who trust, weigh and forget."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from llf_teacher.reproductions.drawing import bars
-from llf_teacher.reproductions.lessons import BOTH, EPISODES, WORLDS, mean_regret
+from llf_teacher.reproductions.lessons import regrets, total
 from llf_teacher.reproductions.row import OURS, Reading, Row, Values, describe
 from llf_teacher.reproductions.rule import Rule, saves
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+WORLDS: dict[str, tuple[str, dict[str, Any]]] = {
+    "bandits": ("llf-bandits-BanditTenArmedRandomFixed-v0", {}),
+    "gridworld": ("llf-gridworld-v0", {"map": True}),
+}
+"""The families whose students have both a posterior and values: an environment and its options."""
+EPISODES, TURNS = 8, 12
+"""Lessons of a seed for each teacher and student, each in another world; turns of each."""
+BOTH = f"Ten-armed bandits, and houses whose plan is in the instruction; lessons of {TURNS} turns"
+"""These lessons in words."""
 HALF = "partial(sees='walk', steps=20)"
 TEACHERS = {
     "silence": "silent",
@@ -24,6 +33,14 @@ STUDENTS = {
     "forgets": "reasoner(worlds=64) | forgetful(half_life=3)",
 }
 MEASURES = ("regret",)
+
+
+def mean_regret(family: str, student: str, teacher: str, first: int) -> float:
+    """The mean regret of `EPISODES` lessons in a family of `WORLDS`, with seeds from `first` on."""
+    id, options = WORLDS[family]
+    seeds = range(first, first + EPISODES)
+    lost = [regrets(id, student=student, teacher=teacher, seed=each, turns=TURNS, **options)[0] for each in seeds]
+    return total(list(map(total, lost))) / EPISODES
 
 
 def measure(family: str, student: str, teacher: str, seed: int) -> Sequence[float]:

@@ -7,8 +7,8 @@ import numpy as np
 from scipy.stats import kendalltau
 
 from llf_teacher.reproductions.drawing import bars
-from llf_teacher.reproductions.lessons import BOTH, EPISODES, WORLDS, mean_regret
 from llf_teacher.reproductions.row import OURS, Reading, Row, Values, describe
+from llf_teacher.reproductions.rows.half import BOTH, EPISODES, WORLDS, mean_regret
 from llf_teacher.reproductions.rule import Expectation, Rule
 
 if TYPE_CHECKING:

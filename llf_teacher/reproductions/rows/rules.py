@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from llf_teacher.reproductions.drawing import line, name_lines
-from llf_teacher.reproductions.lessons import TURNS, judged, seated, total
+from llf_teacher.reproductions.lessons import judged, seated, total
 from llf_teacher.reproductions.row import OURS, Reading, Row, Values, describe
+from llf_teacher.reproductions.rows.half import TURNS
 from llf_teacher.reproductions.rule import TENTH, Expectation, Rule
 
 if TYPE_CHECKING:

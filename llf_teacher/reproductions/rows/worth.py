@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
 from llf_teacher.reproductions.drawing import bars
-from llf_teacher.reproductions.lessons import BOTH, EPISODES, TURNS, WORLDS, judged, seated
+from llf_teacher.reproductions.lessons import judged, seated
 from llf_teacher.reproductions.row import OURS, Reading, Row, Values, describe
+from llf_teacher.reproductions.rows.half import BOTH, EPISODES, TURNS, WORLDS
 from llf_teacher.reproductions.rule import Expectation, Rule
 from teachers.information import Gain
 
