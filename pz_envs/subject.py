@@ -19,14 +19,13 @@ if TYPE_CHECKING:
     from pz_envs.parallel_seats import ParallelSeats, TurnBasedParallelEnv
     from pz_envs.seats import SeatsEnv
     from teachers.batches import OracleBatch
-    from teachers.information import Information
+    from teachers.information import Grounds, Information
     from teachers.oracle import Oracle
     from teachers.personality import Personality
     from teachers.phrasebook import Phrasebook
     from teachers.schema import Vocabulary
     from teachers.teacher import Teacher
     from teachers.voice import Voice
-    from teachers.witness import Grounds
     from worlds.batches import WorldBatch
     from worlds.pictures import Picture
     from worlds.posteriors import Posterior
@@ -145,6 +144,12 @@ class Subject(ABC):
         """
         raise ValueError(f"the lesson {self.name!r} has no posterior; a family has one if it declares it")
 
+    def make_grounds(self, world: "World[Any, Any, Any]") -> "Grounds":
+        """By which it is found out what a student in such a world can know; errors as in `make_posterior`."""
+        from teachers.information import Grounds
+
+        return Grounds(self.make_posterior(world), self.oracle_class()(world.scratch))
+
     def make_information(self, world: "World[Any, Any, Any]", seed: int, worlds: int | None = None) -> "Information":
         """What a student of an episode in such a world can know, and how much claims tell it.
 
@@ -159,8 +164,7 @@ class Subject(ABC):
         from teachers.information import Information
         from teachers.seeds import Seeds
 
-        oracle = self.make_teacher(world).oracle
-        return Information(self.make_posterior(world), oracle, Seeds(seed).stream("information"), worlds)
+        return Information(self.make_grounds(world), Seeds(seed).stream("information"), worlds)
 
     def serves(self, personality: "str | Personality", **options: Any) -> bool:
         """Whether there is all that a personality needs, in a world with these options."""
@@ -197,24 +201,13 @@ class Subject(ABC):
         phrasebook = self.phrasebook(settings.pop("voice", "plain"))
         personality = parse_personality(personality)
         if POSTERIOR in personality.needs:
-            settings["grounds"] = self._grounds(world, personality)
+            try:
+                settings["grounds"] = self.make_grounds(world)
+            except ValueError as error:
+                raise ValueError(
+                    f"the personality {personality} needs a posterior: {error}; elsewhere use another, such as oracle"
+                ) from None
         return Teacher(self.oracle_class()(world.scratch), phrasebook, personality, **settings)
-
-    def _grounds(self, world: "World[Any, Any, Any]", personality: "Personality") -> "Grounds":
-        """By which a teacher finds out what a student in such a world can know.
-
-        Raises:
-            ValueError: there is no posterior, or none with the world's options; the message says why.
-        """
-        from teachers.witness import Grounds
-
-        try:
-            posterior = self.make_posterior(world)
-        except ValueError as error:
-            raise ValueError(
-                f"the personality {personality} needs a posterior: {error}; elsewhere use another, such as oracle"
-            ) from None
-        return Grounds(posterior, self.oracle_class()(world.scratch))
 
     @_shown
     def raw_env(self, *, seating: str = TUTORING, settings: Settings | None = None, **keywords: Any) -> "SeatsEnv":

@@ -2,7 +2,7 @@
 
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, fields, make_dataclass
+from dataclasses import dataclass, fields, make_dataclass, replace
 from enum import StrEnum
 from inspect import get_annotations
 from itertools import combinations
@@ -252,6 +252,21 @@ class Claim(Generic[TruthT, WorldT]):
     def counterparts(self, moment: Moment[TruthT], lab: WorldT) -> Sequence["Claim"]:
         """Plausible claims that may be false where this one is true, for teachers that err."""
         return ()
+
+    @staticmethod
+    def varied(field: str, values: Iterable[Any] | Callable[..., Iterable[Any]]) -> Callable[..., Sequence["Claim"]]:
+        """A method `counterparts` that gives the same claim with each other value of a field.
+
+        Args:
+            field: the name of the field.
+            values: those that it may have, or a function of claim, moment and lab that gives them.
+        """
+
+        def counterparts(self: Any, moment: Moment[Any], lab: Any) -> Sequence[Claim]:
+            own, found = getattr(self, field), values(self, moment, lab) if callable(values) else values
+            return tuple(replace(self, **{field: value}) for value in found if value != own)
+
+        return counterparts
 
     def coarser(self, moment: Moment[TruthT], lab: WorldT) -> Sequence["Claim"]:
         """Less specific claims of the same kind that this one implies, the vaguest first, for teachers that hint."""

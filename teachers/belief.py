@@ -14,10 +14,9 @@ import numpy.typing as npt
 
 from teachers.atoms import Atom, Claim, HedgedClaim, Moment, Scope
 from teachers.common import Reward
-from teachers.information import DrawnWorld, Information
-from teachers.oracle import Oracle
+from teachers.information import DrawnWorld, Grounds, Information
 from teachers.spec import check_range
-from worlds.posteriors import NoWorldError, Posterior
+from worlds.posteriors import NoWorldError
 
 __all__ = ["DRAWS", "Belief", "Sealed"]
 
@@ -50,7 +49,7 @@ class Belief(Information):
     1 - trust + trust * (1 - p) / p as much as where it does; for a flat claim, with p = 1, that would be 1 - trust.
 
     Args:
-        posterior, oracle, worlds: as of `Information`; the oracle has values.
+        grounds, worlds: as of `Information`; the oracle has values.
         rng: draws the worlds.
         trust: 0 to 1; 0: nothing that is said counts, 1: no world counts in which more is false than in others.
 
@@ -59,14 +58,9 @@ class Belief(Information):
     """
 
     def __init__(
-        self,
-        posterior: Posterior[Any],
-        oracle: Oracle[Any, Any],
-        rng: np.random.Generator,
-        worlds: int | None = None,
-        trust: float = 1.0,
+        self, grounds: Grounds, rng: np.random.Generator, worlds: int | None = None, trust: float = 1.0
     ) -> None:
-        super().__init__(posterior, oracle, rng, worlds)
+        super().__init__(grounds, rng, worlds)
         check_range("trust", trust, 0, 1)
         self._trust = trust
         self._first = 0  # the turn that was seen first
@@ -168,7 +162,7 @@ class Belief(Information):
             self._left -= self._worlds
             conflicts = np.array(false) - min(false)
             self._weights = np.power(1 - self._trust, conflicts.astype(float))
-            if self._hedges():
+            if any(isinstance(claim, HedgedClaim) for claim, *_ in self._heard):
                 counts = self._weights > 0
                 self._weights[counts] *= [
                     self._likelihood(world) for world, counted in zip(self._pool, counts, strict=True) if counted
@@ -178,19 +172,14 @@ class Belief(Information):
                 break
         self._conflicts = min(false)
 
-    def _hedges(self) -> list[tuple[Claim, int, float]]:
-        """The hedged claims, each with its turn and with how much a world counts in which it does not hold."""
-        return [
-            (claim, about, 1 - self._trust + self._trust * (1 - claim.p) / claim.p)
-            for claim, about, _ in self._heard
-            if isinstance(claim, HedgedClaim)
-        ]
-
     def _likelihood(self, world: DrawnWorld) -> float:
         """How much a world counts by the hedged claims, beside those in which all of these hold."""
         if world.likelihood is None:
-            doubts = (doubt for claim, about, doubt in self._hedges() if not self._is_true(claim, about, world))
-            world.likelihood = math.prod(doubts)
+            world.likelihood = math.prod(
+                self._doubt(claim)
+                for claim, about, _ in self._heard
+                if isinstance(claim, HedgedClaim) and not self._is_true(claim, about, world)
+            )
         return world.likelihood
 
     def _false(self, world: DrawnWorld, limit: float = math.inf) -> int:

@@ -313,15 +313,10 @@ class _Turns(Grounded[Any]):
         """The earlier turn in words."""
         return "the turn before" if self.ago == 1 else f"{self.ago} turns earlier"
 
-    @staticmethod
-    @abstractmethod
-    def _fits(lost: float, earlier: float) -> bool:
+    def _fits(self, lost: float, earlier: float) -> bool:
         """Whether this is so where the actions lose as much."""
-
-    @staticmethod
-    @abstractmethod
-    def _reverse() -> "type[_Turns]":
-        """The class of the opposite claim."""
+        gain = earlier - lost if self.kind is HP else lost - earlier
+        return gain > _EQUAL
 
     def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
         """Ask the verdicts what each action of both turns is worth."""
@@ -344,11 +339,11 @@ class _Turns(Grounded[Any]):
 
     def excludes(self, other: Claim[Any]) -> bool:
         """The opposite."""
-        return isinstance(other, self._reverse()) and other.ago == self.ago
+        return isinstance(other, _Turns) and other.kind is not self.kind and other.ago == self.ago
 
     def counterparts(self, moment: Moment[Any], lab: World[Any]) -> Sequence[Claim[Any]]:
         """The opposite."""
-        return (self._reverse().on(self._ground, ago=self.ago),)
+        return ((WorseTurn if self.kind is HP else BetterTurn).on(self._ground, ago=self.ago),)
 
 
 @claim
@@ -356,15 +351,6 @@ class BetterTurn(_Turns):
     """True if the action of this turn lost less than that of the turn `ago` turns earlier."""
 
     kind = HP
-    ago: int
-
-    @staticmethod
-    def _fits(lost: float, earlier: float) -> bool:
-        return earlier - lost > _EQUAL
-
-    @staticmethod
-    def _reverse() -> type[_Turns]:
-        return WorseTurn
 
 
 @claim
@@ -372,15 +358,6 @@ class WorseTurn(_Turns):
     """True if the action of this turn lost more than that of the turn `ago` turns earlier."""
 
     kind = HN
-    ago: int
-
-    @staticmethod
-    def _fits(lost: float, earlier: float) -> bool:
-        return lost - earlier > _EQUAL
-
-    @staticmethod
-    def _reverse() -> type[_Turns]:
-        return BetterTurn
 
 
 @claim

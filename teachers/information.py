@@ -25,7 +25,7 @@ from teachers.spec import is_count
 from worlds.posteriors import Draw, NoWorldError, Posterior
 from worlds.world import WorldTurn
 
-__all__ = ["LEAST", "TRIES", "WORLDS", "Bits", "Gain", "Information"]
+__all__ = ["LEAST", "TRIES", "WORLDS", "Bits", "Gain", "Grounds", "Information"]
 
 WORLDS = 256
 """Number of worlds by which a claim is measured."""
@@ -154,9 +154,13 @@ class Gain(NamedTuple):
         return self.saved / self.valued_bits if self.valued_bits else None
 
 
-def _doubt(claim: HedgedClaim) -> float:
-    """How much a world counts in which a hedged claim is false, beside one in which it is true."""
-    return (1 - claim.p) / claim.p
+class Grounds(NamedTuple):
+    """By which it is found out what a student can know."""
+
+    posterior: Posterior[Any]
+    """Draws worlds."""
+    oracle: Oracle[Any, Any]
+    """Starts in these: another one than that of a teacher, with a lab of its own."""
 
 
 class DrawnWorld:
@@ -184,8 +188,7 @@ class Information:
     For each turn, `see` what happened, then `hear` what was said of it.
 
     Args:
-        posterior: draws the worlds.
-        oracle: of the family, with a lab of its own; it starts on drawn worlds, so that no teacher may use it.
+        grounds: by which it is found out.
         rng: draws the worlds, apart from all streams of the lesson.
         worlds: number of worlds by which a claim is measured; None: `WORLDS`.
 
@@ -193,19 +196,17 @@ class Information:
         ValueError: `worlds` is not an integer of at least 1.
     """
 
-    def __init__(
-        self,
-        posterior: Posterior[Any],
-        oracle: Oracle[Any, Any],
-        rng: np.random.Generator,
-        worlds: int | None = None,
-    ) -> None:
+    _trust = 1.0  # in what is heard
+
+    def __init__(self, grounds: Grounds, rng: np.random.Generator, worlds: int | None = None) -> None:
         worlds = WORLDS if worlds is None else worlds
         if not is_count(worlds):
             raise ValueError(f"worlds must be an integer of at least 1, got {worlds!r}")
-        self._posterior, self._oracle, self._rng, self._worlds = posterior, oracle, rng, worlds
-        self._keeps = posterior.exact and not posterior.chancy  # few worlds, which are drawn again and again
-        self._values = "values" in oracle.abilities()
+        self._posterior, self._oracle = grounds
+        self._rng, self._worlds = rng, worlds
+        # Few worlds, which are drawn again and again.
+        self._keeps = self._posterior.exact and not self._posterior.chancy
+        self._values = "values" in self._oracle.abilities()
         self._moments: list[Moment[Any]] = []
         self._turns: list[WorldTurn[Any]] = []
         self._heard: list[tuple[Claim, int, int]] = []  # each with the turn that it is about, and that of its hearing
@@ -281,9 +282,9 @@ class Information:
 
     def _measure_hedge(self, claim: HedgedClaim, held: list[DrawnWorld]) -> tuple[Bits, list[DrawnWorld]]:
         """The same of a hedged claim, given the worlds in which it is true."""
-        true = set(map(id, held))
-        after = [world for world in self._pool if id(world) in true or self._rng.random() < _doubt(claim)]
-        weights = [1.0 if id(world) in true else _doubt(claim) for world in self._pool]
+        true, doubt = set(map(id, held)), self._doubt(claim)
+        after = [world for world in self._pool if id(world) in true or self._rng.random() < doubt]
+        weights = [1.0 if id(world) in true else doubt for world in self._pool]
         saved = self._saved(self._pool, self._pool, weights)
         return Bits(len(self._pool), len(held), saved, p=claim.p), after
 
@@ -317,11 +318,15 @@ class Information:
         """
         for i, (claim, about, _) in enumerate(self._heard):
             if not self._is_true(claim, about, world):
-                if isinstance(claim, HedgedClaim) and self._rng.random() < _doubt(claim):
+                if isinstance(claim, HedgedClaim) and self._rng.random() < self._doubt(claim):
                     continue
                 self._heard.insert(0, self._heard.pop(i))
                 return False
         return True
+
+    def _doubt(self, claim: HedgedClaim) -> float:
+        """How much a world counts in which a hedged claim is false, beside one in which it is true."""
+        return 1 - self._trust + self._trust * (1 - claim.p) / claim.p
 
     def _is_true(self, claim: Claim, about: int, world: DrawnWorld) -> bool:
         """Whether a claim is true in a world, as it is said."""

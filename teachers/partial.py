@@ -7,10 +7,9 @@ import numpy as np
 
 from teachers.atoms import KINDS, Claim, FeedbackType, Moment
 from teachers.common import hedge
-from teachers.information import DrawnWorld, Information
-from teachers.oracle import Oracle
+from teachers.information import DrawnWorld, Grounds, Information
 from teachers.spec import unknown
-from worlds.posteriors import Draw, NoWorldError, Posterior
+from worlds.posteriors import Draw, NoWorldError
 from worlds.world import WorldTurn
 
 __all__ = ["EVIDENCE", "PartialOracle"]
@@ -34,7 +33,7 @@ class PartialOracle(Information):
     1 / (n + 2), if all shares are equally likely beforehand (Laplace's rule of succession).
 
     Args:
-        posterior, oracle, worlds: as of `Information`.
+        grounds, worlds: as of `Information`.
         rng: draws the worlds and the walk.
         sees: one of `EVIDENCE`.
         steps: actions of the walk, at most.
@@ -45,15 +44,14 @@ class PartialOracle(Information):
 
     def __init__(
         self,
-        posterior: Posterior[Any],
-        oracle: Oracle[Any, Any],
+        grounds: Grounds,
         rng: np.random.Generator,
         worlds: int | None = None,
         *,
         sees: str = "student",
         steps: int = 10,
     ) -> None:
-        super().__init__(posterior, oracle, rng, worlds)
+        super().__init__(grounds, rng, worlds)
         if sees not in EVIDENCE:
             raise ValueError(unknown("evidence", sees, EVIDENCE))
         self._sees, self._steps = sees, steps
@@ -99,7 +97,7 @@ class PartialOracle(Information):
                 rest = (w for w, claims in zip(worlds, said, strict=True) if claim not in claims)
                 share += sum(p for moment, _, p in rest if claim.holds(moment, self._oracle.lab))
                 found.append(claim if share > 1 - _NEAR else hedge(claim, share))
-        return sorted(found, key=lambda claim: _ORDER[claim.kind])
+        return [claim for kind in KINDS for claim in found if claim.kind is kind]
 
     def _moment_in(self, draw: Draw[Any]) -> Moment[Any]:
         return DrawnWorld(draw, self._moments).moment(len(self._moments) - 1)
@@ -116,6 +114,3 @@ class PartialOracle(Information):
             if terminated or truncated:
                 break
         return turns
-
-
-_ORDER: dict[FeedbackType | None, int] = {kind: i for i, kind in enumerate(KINDS)}

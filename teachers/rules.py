@@ -2,6 +2,7 @@
 
 from abc import abstractmethod
 from collections.abc import Callable, Set
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
 
@@ -42,21 +43,22 @@ class TownRule(Claim[TruthT, WorldT]):
 
     def shown(self, moment: Moment[TruthT], lab: WorldT) -> Set[bool | None]:
         """What `fits` finds in the moment's world and in `WORLDS` others of the town, in these once for all moments."""
-        return set() if lab.options.get("town") is None else {self.fits(moment.after)} | _shown(self, _Town(lab))
+        if lab.options.get("town") is None:
+            return set()
+        return {self.fits(moment.after)} | _shown(self, _town_of(lab))
 
 
+@dataclass(frozen=True)
 class _Town:
     """What the worlds of a town have in common, as a key of caches."""
 
-    def __init__(self, lab: World[Any]) -> None:
-        self.scratch: Callable[[], World[Any]] = lab.scratch
-        self._key = type(lab), repr(sorted(lab.options.items()))
+    world: type[World[Any]]
+    options: str
+    scratch: Callable[[], World[Any]] = field(compare=False)
 
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Town) and self._key == other._key
 
-    def __hash__(self) -> int:
-        return hash(self._key)
+def _town_of(lab: World[Any]) -> _Town:
+    return _Town(type(lab), repr(sorted(lab.options.items())), lab.scratch)
 
 
 @lru_cache(maxsize=8)

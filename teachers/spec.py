@@ -48,7 +48,7 @@ class Spec:
     """A frozen dataclass that is named like its module; `str` gives its spec string.
 
     A class outside `package` is named as in Python: `str` shows the name, but no spec string finds it. Fields that are
-    annotated with a `Range` are checked.
+    annotated with a `Range` are checked, but for None in a field of `float | None`, and so are those of type `bool`.
     """
 
     package: ClassVar[str] = ""
@@ -61,21 +61,28 @@ class Spec:
         return module if package == self.package else type(self).__name__
 
     def __post_init__(self) -> None:
-        for name, kind, bounds in self._ranges():
-            low, high = (getattr(self, bound) if isinstance(bound, str) else bound for bound in bounds)
-            check_range(name, getattr(self, name), low, high, kind)
+        for name, kind, bounds in self._checked():
+            value = getattr(self, name)
+            if bounds is None:
+                if not isinstance(value, bool):
+                    raise ValueError(f"{name} must be True or False, got {value!r}")
+            elif value is not None or not isinstance(None, kind):
+                low, high = (getattr(self, bound) if isinstance(bound, str) else bound for bound in bounds)
+                check_range(name, value, low, high, kind)
 
     @classmethod
     @cache
-    def _ranges(cls) -> tuple[tuple[str, type, Range], ...]:
-        """The fields that have a range, each with its type."""
+    def _checked(cls) -> tuple[tuple[str, type, Range | None], ...]:
+        """The fields that are checked, each with its type and its range; those of type `bool` have none."""
         hints = get_type_hints(cls, include_extras=True)
-        return tuple(
-            (field.name, hints[field.name].__origin__, note)
-            for field in dataclasses.fields(cls)
-            for note in getattr(hints[field.name], "__metadata__", ())
-            if isinstance(note, Range)
-        )
+        found: list[tuple[str, type, Range | None]] = []
+        for field in dataclasses.fields(cls):
+            hint = hints[field.name]
+            ranges = [note for note in getattr(hint, "__metadata__", ()) if isinstance(note, Range)]
+            found += [(field.name, hint.__origin__, each) for each in ranges]
+            if hint is bool:
+                found.append((field.name, bool, None))
+        return tuple(found)
 
     def __str__(self) -> str:
         values = {field.name: (getattr(self, field.name), field.default) for field in dataclasses.fields(self)}

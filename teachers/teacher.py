@@ -8,12 +8,13 @@ import numpy as np
 from teachers.atoms import FN, FP, SILENCE, Atom, Claim, FeedbackType, Moment, ParseFailure, Utterance
 from teachers.common import MayAsk, NotUnderstood
 from teachers.feedback import ALL, MIXED, draw_kinds, format_kinds, parse_kinds
+from teachers.information import Grounds
 from teachers.oracle import POSTERIOR, Oracle
 from teachers.personality import Personality, Pipeline, View, check_served, parse_personality, stages_of
 from teachers.phrasebook import Drawn, Draws, Paraphrase, Phrasebook, Rewriting, check_paraphrase
 from teachers.seeds import Seeds
 from teachers.voice import Change
-from teachers.witness import Grounds, abilities_of
+from teachers.witness import abilities_of
 
 _RAISES = "instruction type {!r} is not supported; allowed: {}"
 

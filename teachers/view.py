@@ -21,9 +21,9 @@ from teachers.common import (
     sign_of,
 )
 from teachers.fingerprint import Fingerprints
-from teachers.information import Bits, Information
+from teachers.information import Bits, Grounds, Information
 from teachers.oracle import Oracle
-from teachers.witness import Grounds, InformationT, Note, Witness
+from teachers.witness import InformationT, Note, Witness
 
 HINDSIGHT = frozenset((HP, HN))
 _EQUAL = 1e-9  # values that differ by less differ by rounding
@@ -175,7 +175,7 @@ class View:
     ) -> Witness[InformationT]:
         """A witness with information of a class, given its random stream and its arguments beside the grounds."""
         assert self._grounds is not None  # noqa: S101  # or the personality would not be served
-        return Witness(cls(*self._grounds, rng, **arguments), self._notes)
+        return Witness(cls(self._grounds, rng, **arguments), self._notes)
 
     def weigh(self, claim: Claim[Any], worlds: int) -> Bits:
         """How much a claim would say to the student, given all that it saw and heard, by so many worlds."""

@@ -1,29 +1,20 @@
 """A witness of an episode: information about a student that follows what the student sees and hears."""
 
 from collections.abc import Sequence
-from typing import Any, Generic, NamedTuple, TypeVar
+from typing import Any, Generic, TypeVar
 
 from teachers.atoms import Atom, Claim, Moment
 from teachers.information import Bits, Information
-from teachers.oracle import EXACT, POSTERIOR, Oracle
+from teachers.oracle import EXACT, POSTERIOR
 from worlds.posteriors import Posterior
 
-__all__ = ["Grounds", "InformationT", "Note", "Witness", "abilities_of"]
+__all__ = ["InformationT", "Note", "Witness", "abilities_of"]
 
 Note = Moment[Any] | tuple[Atom, ...]
 """A turn that a student has seen, or what it has heard of the last one."""
 
 
 InformationT = TypeVar("InformationT", bound=Information)
-
-
-class Grounds(NamedTuple):
-    """By which it is found out what a student can know."""
-
-    posterior: Posterior[Any]
-    """Draws worlds."""
-    oracle: Oracle[Any, Any]
-    """Starts in these: another one than that of the teacher, with a lab of its own."""
 
 
 def abilities_of(posterior: Posterior[Any] | type[Posterior[Any]]) -> frozenset[str]:

@@ -1,7 +1,10 @@
-"""The words that people read in place of codes: of kinds of feedback, of feedback and instruction types, of labels."""
+"""The words that people read in place of codes: of kinds of feedback, of feedback and instruction types, of labels.
+
+And words that phrases of several families make of names.
+"""
 
 from collections.abc import Iterable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from teachers.atoms import KINDS, FeedbackType, Label
 
@@ -12,9 +15,11 @@ __all__ = [
     "KIND_WORDS",
     "VERDICTS",
     "VerdictWord",
+    "article",
     "coded_words",
     "feedback_words",
     "kind_word",
+    "listed",
     "type_words",
 ]
 
@@ -82,3 +87,14 @@ def feedback_words(feedback_type: str) -> str:
     if feedback_type in _WHOLE:
         return _WHOLE[feedback_type]
     return ", ".join(KIND_WORDS[FeedbackType(kind)] for kind in feedback_type.split("+"))
+
+
+def article(name: str) -> str:
+    """A name with its indefinite article: `a mug`, `an apple`."""
+    return f"{'an' if name[0].lower() in 'aeiou' else 'a'} {name}"
+
+
+def listed(items: Iterable[Any], last: str = "or") -> str:
+    """Things in a row, the last one behind a word: `1, 4 or 7`."""
+    *rest, end = map(str, items)
+    return f"{', '.join(rest)} {last} {end}" if rest else end

@@ -74,7 +74,7 @@ class Recorder:
         moment, feedback = turn.moment, str(turn.feedback)
         failed = moment.action if type(moment.action) is ParseFailure else None
         atoms = self.check(turn)
-        said = self._measured(turn)
+        said = self.measured(turn)
         row = TurnRow(
             turn=moment.turn,
             observation=world.describe(turn.state),
@@ -98,8 +98,8 @@ class Recorder:
         self.rows.append(row)
         return row
 
-    def _measured(self, turn: Turn) -> "dict[int, Bits]":
-        """How much each claim of feedback says, by its place among the atoms of the turn."""
+    def measured(self, turn: Turn) -> "dict[int, Bits]":
+        """How much each claim of feedback says, by its place among the atoms of the session's last turn."""
         if self._information is None:
             return {}
         instruction = self._follow(self._information)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from llf_teacher.reproductions import rows
 from llf_teacher.reproductions.rule import Rule, Setting
-from llf_teacher.studies.analysis.statistics import Estimate
+from llf_teacher.studies.analysis.statistics import Estimate, mean_interval
 from teachers.spec import unknown
 
 if TYPE_CHECKING:
@@ -41,6 +41,10 @@ class Values:
     def __call__(self, **setting: Any) -> NDArray[np.float64]:
         """The numbers of a setting, one row per seed; all settings have the same seeds in the same order."""
         return self._measured[digest(setting)]
+
+    def means(self, **setting: Any) -> list[Estimate]:
+        """The mean of each number of a setting, with its interval."""
+        return [mean_interval(column) for column in self(**setting).T]
 
 
 class Reading(NamedTuple):

@@ -17,16 +17,6 @@ class Believer(Student):
     forget: bool = True
     """Whether each episode starts without memory, as it should if each has another world."""
 
-    @property
-    def remembers(self) -> bool:
-        """True unless it forgets."""
-        return not self.forget
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not isinstance(self.forget, bool):
-            raise ValueError(f"forget must be True or False, got {self.forget!r}")
-
 
 B_co = TypeVar("B_co", bound=Believer, covariant=True)
 

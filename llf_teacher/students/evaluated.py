@@ -3,7 +3,7 @@
 from abc import abstractmethod
 from collections.abc import Hashable, Iterator
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
 from gymnasium import spaces
@@ -12,7 +12,7 @@ from llf_teacher.students.student import Policy, Student, frozen, state_of
 from pz_envs.subject import Subject
 from teachers.atoms import HN, HP, ActionClaim
 from teachers.common import Reward
-from teachers.spec import check_range
+from teachers.spec import Range
 from worlds.world import World
 
 Features = tuple[Hashable, ...]
@@ -32,14 +32,8 @@ class Evaluated(Student):
 
     forget: bool = True
     """Whether each episode starts without memory, as it should if each has another world."""
-    tiles: int = 0
+    tiles: Annotated[int, Range(0, 64)] = 0
     """Number of tilings of a bounded state, each shifted by a part of a tile (Sutton & Barto 2018, 9.5.4), 0 to 64."""
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.forget, bool):
-            raise ValueError(f"forget must be True or False, got {self.forget!r}")
-        if type(self.tiles) is not int or not 0 <= self.tiles <= 64:
-            raise ValueError(f"tiles must be an integer from 0 to 64, got {self.tiles!r}")
 
 
 E_co = TypeVar("E_co", bound=Evaluated, covariant=True)
@@ -221,9 +215,3 @@ def softmax(scores: np.ndarray) -> np.ndarray:
     """Probabilities in proportion to the exponentials of the scores, shape (actions,)."""
     weights = np.exp(scores - scores.max())
     return np.asarray(weights / weights.sum())
-
-
-def check_shares(student: Any, *names: str) -> None:
-    """Check that parameters are from 0 to 1."""
-    for name in names:
-        check_range(name, getattr(student, name), 0, 1)

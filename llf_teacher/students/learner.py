@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 from llf_teacher.students.student import Policy, Student, frozen
 from teachers.atoms import FN, FP, action_of
-from teachers.spec import check_range
+from teachers.spec import Share
 
 
 @dataclass(frozen=True)
@@ -18,7 +18,7 @@ class Learner(Student):
     names if there is another; it learns from the action's outcome as from any other (Torrey & Taylor 2013).
     """
 
-    trust: float = 0.0
+    trust: Share = 0.0
     """Probability of following the advice for a turn, 0 to 1; 0: it reads rewards only."""
     forget: bool = True
     """Whether each episode starts without memory, as it should if each has another world."""
@@ -27,16 +27,6 @@ class Learner(Student):
     def reads(self) -> str:
         """`reward`, or `atoms and reward` with trust."""
         return "atoms and reward" if self.trust else "reward"
-
-    @property
-    def remembers(self) -> bool:
-        """True unless it forgets."""
-        return not self.forget
-
-    def __post_init__(self) -> None:
-        check_range("trust", self.trust, 0, 1)
-        if not isinstance(self.forget, bool):
-            raise ValueError(f"forget must be True or False, got {self.forget!r}")
 
 
 L_co = TypeVar("L_co", bound=Learner, covariant=True)

@@ -155,8 +155,8 @@ class Student(Spec, ABC):
 
     @property
     def remembers(self) -> bool:
-        """Whether its policy can use in an episode what it learned in earlier episodes."""
-        return False
+        """Whether its policy can use in an episode what it learned in earlier ones; by default if `forget` is False."""
+        return not getattr(self, "forget", True)
 
     def seat(self, family: Subject, world: World[Any]) -> Policy[Any]:
         """A policy for environments like `world`; it gets a scratch copy."""

@@ -8,6 +8,7 @@ between the seat and the student passes on what they leave.
 import dataclasses
 import re
 from collections.abc import Mapping, Sequence
+from operator import attrgetter
 from typing import Any, ClassVar
 
 import numpy as np
@@ -20,7 +21,7 @@ from teachers.atoms import SILENCE, ActionClaim, Atom, Claim, PlanClaim, Utteran
 from teachers.common import Late
 from teachers.phrasebook import Drawn
 from teachers.seeds import streams_beside
-from teachers.spec import Spec, call_string
+from teachers.spec import Spec
 from worlds.world import World
 
 _SENTENCES = re.compile(r"(?<=[.!?])\s+|\n+")
@@ -48,12 +49,9 @@ class Trait(Spec):
         return Traited(bare, (*others, self))
 
     def __str__(self) -> str:
-        given = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
-        defaults = {field.name: field.default for field in dataclasses.fields(self)}
-        cls = type(self)
+        cls, text = type(self), super().__str__()
         own = cls.__module__.rpartition(".")[0] != self.package
-        name = f"{cls.__module__}:{cls.__qualname__}" if own else self.name
-        return call_string(name, {key: value for key, value in given.items() if value != defaults[key]})
+        return f"{cls.__module__}:{cls.__qualname__}{text.removeprefix(self.name)}" if own else text
 
     def hear(self, atom: Atom, scene: Scene) -> Claim[Any] | None:
         """The claim that is heard when this is said; None: nothing. By default the atom's own.
@@ -216,25 +214,11 @@ class Traited(Student):
     def __str__(self) -> str:
         return " | ".join(map(str, (self.student, *self.traits)))
 
-    @property
-    def reads(self) -> str:
-        """What the student reads."""
-        return self.student.reads
-
-    @property
-    def draws_worlds(self) -> bool:
-        """Whether the student does."""
-        return self.student.draws_worlds
-
-    @property
-    def text(self) -> bool:
-        """Whether the student plays in text mode."""
-        return self.student.text
-
-    @property
-    def remembers(self) -> bool:
-        """Whether the student does."""
-        return self.student.remembers
+    # As the student.
+    reads = property(attrgetter("student.reads"))
+    draws_worlds = property(attrgetter("student.draws_worlds"))
+    text = property(attrgetter("student.text"))
+    remembers = property(attrgetter("student.remembers"))
 
     @property
     def forget(self) -> bool:

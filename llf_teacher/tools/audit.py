@@ -279,24 +279,19 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episod
     hedges: list[tuple[float, bool]] = []
     oracle: Oracle[Any, Any] | None = None  # made where a claim rests on others
     found.episodes += 1
-    information = None
-    if worlds and not (episode.options or episode.reset):
-        information = env.family.make_information(env.session.world, episode.seed, worlds)
+    worlds = 0 if episode.options or episode.reset else worlds
     recorder = Recorder(env.family.name, env.student_view)
+    recorder.measure(env.family, episode.seed, worlds)
     for turn in itertools.islice(play_turns(env, student, episode.seed, episode.reset), episode.turns + 1):
         moment, atoms = turn.moment, recorder.check(turn)
         moments.append(moment)
         options = episode.options | episode.reset
         where = (str(student.spec), episode.instruction_type, options, episode.seed, moment.turn)
         found.turns += moment.turn > 0
-        if information is not None:
-            found.measured += moment.turn > 0
-            information.see(moment)
-            instruction = getattr(turn.instruction, "atoms", ())
-            for atom, bits in zip(turn.atoms, information.hear(turn.atoms), strict=True):
-                if atom.kind is not None and atom not in instruction:
-                    name = claim_name(atom.claim, env.family.name)
-                    found.gains[name] = found.gains.get(name, Gain()) + Gain.of(atom.text, bits)
+        found.measured += worlds > 0 and moment.turn > 0
+        for i, bits in recorder.measured(turn).items():
+            name = claim_name(turn.atoms[i].claim, env.family.name)
+            found.gains[name] = found.gains.get(name, Gain()) + Gain.of(turn.atoms[i].text, bits)
         found.words += len(turn.feedback.split())
         if isinstance(teacher, Teacher):
             offered.update((claim, moment.turn) for claim in teacher.offered)

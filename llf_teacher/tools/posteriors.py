@@ -109,17 +109,15 @@ def _turn(entry: Entry, seed: int, teacher: str) -> float:
 
 def _reasoning(entry: Entry, seed: int, worlds: int) -> tuple[float | None, float | None]:
     """Mean times in which a belief draws worlds, and weighs them, in milliseconds."""
-    family = entry.family
-    oracle: Any = family.oracle_class()
+    oracle: Any = entry.family.oracle_class()
     if "values" not in oracle.abilities():
         return None, None
     belief, took = None, []
     for env, _ in _lessons(entry, seed, "oracle"):
         moment = env.session.moment
         if belief is None or moment.turn == 1:
-            world = env.session.world
-            rng = np.random.default_rng(seed)
-            belief = _Timed(family.make_posterior(world), oracle(world.scratch), rng, worlds)
+            grounds = entry.family.make_grounds(env.session.world)
+            belief = _Timed(grounds, np.random.default_rng(seed), worlds)
             if moment.before is not None:
                 belief.see(Moment.opening(moment.before))
         belief.drawing, start = 0.0, process_time()

@@ -11,6 +11,7 @@ from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, FeedbackType, Mom
 from teachers.oracle import Oracle
 from teachers.rules import TownRule
 from teachers.spec import Range
+from teachers.words import listed
 from worlds.bandits import FEATURES, Bandit, Law, Truth
 
 Look = Annotated[str, tuple(word for words in FEATURES for word in words)]
@@ -144,14 +145,11 @@ class Pull(ActionClaim[Truth, Bandit]):
 
     kind = FP
     action: int
+    counterparts = Claim.varied("action", lambda _, __, lab: range(lab.arms))
 
     def holds(self, moment: Moment[Truth], lab: Bandit) -> bool:
         """Pull it and ask whether that was a success."""
         return _succeeds(moment.after, self.action, lab)
-
-    def counterparts(self, moment: Moment[Truth], lab: Bandit) -> Sequence[Claim]:
-        """Recommend another arm."""
-        return tuple(Pull(action=arm) for arm in range(lab.arms) if arm != self.action)
 
     def coarser(self, moment: Moment[Truth], lab: Bandit) -> Sequence[Claim]:
         """Half of the arms, then a pair of them, where these are fewer than all."""
@@ -186,14 +184,11 @@ class Avoid(ActionClaim[Truth, Bandit]):
 
     kind = FN
     action: int
+    counterparts = Claim.varied("action", lambda _, __, lab: range(lab.arms))
 
     def holds(self, moment: Moment[Truth], lab: Bandit) -> bool:
         """Pull it and ask whether that was a success."""
         return not _succeeds(moment.after, self.action, lab)
-
-    def counterparts(self, moment: Moment[Truth], lab: Bandit) -> Sequence[Claim]:
-        """Warn of another arm."""
-        return tuple(Avoid(action=arm) for arm in range(lab.arms) if arm != self.action)
 
 
 @claim
@@ -203,12 +198,7 @@ class OneOf(Claim[Truth, Bandit]):
     kind = FP
     scope = Scope.WORLD
     arms: tuple[Annotated[int, Range(0, 999)], ...]
-
-    @property
-    def listing(self) -> str:
-        """The arms in words, such as `1, 4 or 7`."""
-        *rest, last = self.arms
-        return f"{', '.join(map(str, rest))} or {last}" if rest else f"{last}"
+    listing = property(lambda claim: listed(claim.arms))
 
     def holds(self, moment: Moment[Truth], lab: Bandit) -> bool:
         """Pull them all and ask whether that was a success."""
@@ -231,14 +221,11 @@ class NoMoreThan(Claim[Truth, Bandit]):
     kind = FN
     scope = Scope.WORLD
     most: float
+    counterparts = Claim.varied("most", lambda claim, _, __: [round(claim.most - less, 1) for less in (0.1, 0.3, 0.5)])
 
     def holds(self, moment: Moment[Truth], lab: Bandit) -> bool:
         """Multiply chance and payout of each arm."""
         return max(_expected(moment.after, arm) for arm in range(lab.arms)) <= self.most
-
-    def counterparts(self, moment: Moment[Truth], lab: Bandit) -> Sequence[Claim]:
-        """Less."""
-        return tuple(NoMoreThan(most=round(self.most - less, 1)) for less in (0.1, 0.3, 0.5))
 
 
 @claim
@@ -248,11 +235,7 @@ class _Ranked(TownRule[Truth, Bandit]):
     looks: Look
     others: tuple[Look, ...]
     """Others of the same feature."""
-
-    @property
-    def listing(self) -> str:
-        """The others in words, such as `green or blue`."""
-        return " or ".join(self.others)
+    listing = property(lambda claim: " or ".join(claim.others))
 
     def fits(self, truth: Truth) -> bool | None:
         """Compare what arms of these looks pay on average with what the others pay."""

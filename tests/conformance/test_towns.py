@@ -138,8 +138,8 @@ def test_the_law_is_never_looked_up_to_check_a_rule(entry):
     """A rule holds or not whatever the truth says of the law."""
     for rule, moment, oracle in rules_in(entry, towns_for(entry, 3)):
         for other in (rule, *rule.counterparts(moment, oracle.lab)[:2]):
-            shown = [other.fits(truth) for truth in rules._openings(rules._Town(oracle.lab))[:20]]
-            assert shown == [other.fits(lawless(t)) for t in rules._openings(rules._Town(oracle.lab))[:20]]
+            shown = [other.fits(truth) for truth in rules._openings(rules._town_of(oracle.lab))[:20]]
+            assert shown == [other.fits(lawless(t)) for t in rules._openings(rules._town_of(oracle.lab))[:20]]
 
 
 def lawless(truth):

@@ -243,7 +243,7 @@ def test_listed_worlds_have_the_probabilities_with_which_they_are_drawn():
         env = lesson(GRID if name == "gridworld" else MOVIES, "partial")
         moment = next(play(env, 1, 0))
         grounds = env.teacher.grounds
-        oracle = PartialOracle(*grounds, np.random.default_rng(0))
+        oracle = PartialOracle(grounds, np.random.default_rng(0))
         oracle.see(moment)
         listed = {draw[0].truth: share for draw, share in oracle.possible()}
         assert math.fsum(listed.values()) == pytest.approx(1)
@@ -257,7 +257,7 @@ def test_posteriors_draw_worlds_that_agree_with_two_histories():
     env = lesson(GRID, "partial")
     env.reset(seed=4)
     posterior = env.teacher.grounds.posterior
-    one, other = (PartialOracle(*env.teacher.grounds, np.random.default_rng(i), sees="walk", steps=12) for i in (0, 1))
+    one, other = (PartialOracle(env.teacher.grounds, np.random.default_rng(i), sees="walk", steps=12) for i in (0, 1))
     moment = env.session.moment
     one.see(moment)
     other.see(moment)
@@ -294,7 +294,7 @@ def test_a_family_or_a_world_without_a_posterior_refuses():
     with pytest.raises(ValueError, match=r"unknown evidence 'everything'; .*allowed: student, rewards, walk"):
         llf_teacher.make(GAUSSIAN, teacher="partial(sees='everything')")
     with pytest.raises(ValueError, match="unknown evidence 'all'"):
-        PartialOracle(*lesson(GAUSSIAN, "partial").teacher.grounds, np.random.default_rng(0), sees="all")
+        PartialOracle(lesson(GAUSSIAN, "partial").teacher.grounds, np.random.default_rng(0), sees="all")
     assert Subject.posterior_abilities == frozenset()
 
 

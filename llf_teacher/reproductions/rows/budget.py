@@ -55,7 +55,7 @@ def _setting(case: tuple[int, int], rule: str) -> dict[str, int | str]:
 
 
 def _regrets(values: Values, rule: str) -> list[Estimate]:
-    return [mean_interval(values(**_setting(case, rule))[:, 0]) for case in CASES]
+    return [values.means(**_setting(case, rule))[0] for case in CASES]
 
 
 def _less(values: Values, case: tuple[int, int], rule: str, than: str) -> Estimate:

@@ -10,7 +10,7 @@ from llf_teacher.reproductions.drawing import line, name_lines
 from llf_teacher.reproductions.row import Reading, Row, Values, describe
 from llf_teacher.reproductions.rule import Rule, saves
 from llf_teacher.students.builtin.q_learning import QLearning
-from llf_teacher.studies.analysis.statistics import mean_interval, paired_difference
+from llf_teacher.studies.analysis.statistics import paired_difference
 from pz_envs.assembly import assemble
 from pz_envs.settings import Settings
 from worlds.gridworld import Truth, distances_from
@@ -78,7 +78,7 @@ def read(values: Values) -> Reading:
     """Regret in the test, and what the curriculum saves by the moves of practice."""
     table = [["start of practice", *(f"{moves} moves" for moves in PRACTICE)]]
     for starts in STARTS:
-        table.append([starts, *(describe(mean_interval(values(starts=starts, practice=n)[:, 0]), 1) for n in PRACTICE)])
+        table.append([starts, *(describe(values.means(starts=starts, practice=n)[0], 1) for n in PRACTICE)])
     beside = {
         other: [
             paired_difference(
@@ -108,7 +108,7 @@ def draw(values: Values, figure: "Figure") -> None:
     """Regret in the test by the moves of practice."""
     axes = figure.subplots()
     for starts in STARTS:
-        found = [mean_interval(values(starts=starts, practice=n)[:, 0]) for n in PRACTICE]
+        found = [values.means(starts=starts, practice=n)[0] for n in PRACTICE]
         line(axes, PRACTICE, found, starts)
     axes.set(xlabel="moves of practice", ylabel="moves wasted in an episode of the test", xscale="log")
     name_lines(figure)

@@ -97,7 +97,7 @@ def read(values: Values) -> Reading:
             [
                 names[setting["kinds"]],
                 sentences,
-                *(describe(mean_interval(each)) for each in values(**setting).T),
+                *map(describe, values.means(**setting)),
             ]
         )
 

@@ -13,7 +13,7 @@ from llf_teacher.reproductions.lessons import regrets, total
 from llf_teacher.reproductions.lifetimes import live
 from llf_teacher.reproductions.row import Reading, Row, Values, describe
 from llf_teacher.reproductions.rule import TENTH, Expectation, Rule
-from llf_teacher.studies.analysis.statistics import Estimate, mean_interval
+from llf_teacher.studies.analysis.statistics import Estimate
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -104,9 +104,7 @@ def read(values: Values) -> Reading:
     powers = {}
     for family, sizes in SIZES.items():
         for learns in TEACHERS:
-            ends = [
-                describe(mean_interval(values(**_setting(family, n, learns))[:, 0]), 1) for n in (sizes[0], sizes[-1])
-            ]
+            ends = [describe(values.means(**_setting(family, n, learns))[0], 1) for n in (sizes[0], sizes[-1])]
             power = exponent(sizes, [values(**_setting(family, size, learns))[:, 0] for size in sizes])
             powers[family, learns] = "no regret, by definition" if power is None else describe(power)
             table.append([family, learns, *ends, powers[family, learns]])

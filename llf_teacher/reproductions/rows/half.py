@@ -7,7 +7,6 @@ from llf_teacher.reproductions.drawing import bars
 from llf_teacher.reproductions.lessons import regrets, total
 from llf_teacher.reproductions.row import OURS, Reading, Row, Values, describe
 from llf_teacher.reproductions.rule import Rule, saves
-from llf_teacher.studies.analysis.statistics import mean_interval
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -16,7 +15,11 @@ WORLDS: dict[str, tuple[str, dict[str, Any]]] = {
     "bandits": ("llf-bandits-BanditTenArmedRandomFixed-v0", {}),
     "gridworld": ("llf-gridworld-v0", {"map": True}),
 }
-"""An environment of a family, and its options."""
+"""The families whose students have both a posterior and values: an environment and its options."""
+EPISODES, TURNS = 8, 12
+"""Lessons of a seed for each teacher and student, each in another world; turns of each."""
+BOTH = f"Ten-armed bandits, and houses whose plan is in the instruction; lessons of {TURNS} turns"
+"""These lessons in words."""
 HALF = "partial(sees='walk', steps=20)"
 TEACHERS = {
     "silence": "silent",
@@ -29,20 +32,20 @@ STUDENTS = {
     "weighs": "reasoner(worlds=64, trust=0.8)",
     "forgets": "reasoner(worlds=64) | forgetful(half_life=3)",
 }
-EPISODES, TURNS = 8, 12
-"""Worlds of a seed for each teacher and student; turns in each."""
 MEASURES = ("regret",)
+
+
+def mean_regret(family: str, student: str, teacher: str, first: int) -> float:
+    """The mean regret of `EPISODES` lessons in a family of `WORLDS`, with seeds from `first` on."""
+    id, options = WORLDS[family]
+    seeds = range(first, first + EPISODES)
+    lost = [regrets(id, student=student, teacher=teacher, seed=each, turns=TURNS, **options)[0] for each in seeds]
+    return total(list(map(total, lost))) / EPISODES
 
 
 def measure(family: str, student: str, teacher: str, seed: int) -> Sequence[float]:
     """The mean regret of a lesson."""
-    id, options = WORLDS[family]
-    first = EPISODES * seed
-    lost = [
-        total(regrets(id, student=student, teacher=teacher, seed=each, turns=TURNS, **options)[0])
-        for each in range(first, first + EPISODES)
-    ]
-    return [total(lost) / EPISODES]
+    return [mean_regret(family, student, teacher, EPISODES * seed)]
 
 
 def _setting(family: str, student: str, teacher: str) -> dict[str, str]:
@@ -54,7 +57,7 @@ def read(values: Values) -> Reading:
     table = [["family", "student", *TEACHERS]]
     for family in WORLDS:
         for student in STUDENTS:
-            found = (mean_interval(values(**_setting(family, student, teacher))[:, 0]) for teacher in TEACHERS)
+            found = (values.means(**_setting(family, student, teacher))[0] for teacher in TEACHERS)
             table.append([family, student, *map(describe, found)])
 
     def mean(family: str, teacher: str) -> float:
@@ -78,7 +81,7 @@ def draw(values: Values, figure: "Figure") -> None:
     panels = figure.subplots(1, len(WORLDS))
     for axes, family in zip(panels, WORLDS, strict=True):
         found = {
-            teacher: [mean_interval(values(**_setting(family, student, teacher))[:, 0]) for student in STUDENTS]
+            teacher: [values.means(**_setting(family, student, teacher))[0] for student in STUDENTS]
             for teacher in TEACHERS
         }
         bars(axes, list(STUDENTS), found)
@@ -90,11 +93,10 @@ ROW = Row(
     claim="A teacher who knows half and says how sure it is helps, and one that is too sure helps less",
     source=OURS,
     protocol=(
-        f"Ten-armed bandits, and houses whose plan is in the instruction; lessons of {TURNS} turns. The teacher "
-        f"`{HALF}` does not know the truth, and hedges what it is not certain of; `overconfident(by=5.0)` multiplies "
-        "the log-odds of its hedges by five. Students: `reasoner(worlds=64)`, which trusts; with `trust=0.8`, which "
-        "weighs; with `forgetful(half_life=3)`, which forgets. The measure is the mean regret of "
-        f"{EPISODES} lessons in different worlds, the same for all."
+        f"{BOTH}. The teacher `{HALF}` does not know the truth, and hedges what it is not certain of; "
+        "`overconfident(by=5.0)` multiplies the log-odds of its hedges by five. Students: `reasoner(worlds=64)`, which "
+        "trusts; with `trust=0.8`, which weighs; with `forgetful(half_life=3)`, which forgets. The measure is the mean "
+        f"regret of {EPISODES} lessons in different worlds, the same for all."
     ),
     rule=Rule(
         seeds=12,

@@ -9,7 +9,7 @@ from scipy import stats
 from llf_teacher.reproductions.lifetimes import live
 from llf_teacher.reproductions.row import Reading, Row, Values, describe
 from llf_teacher.reproductions.rule import Rule, saves
-from llf_teacher.studies.analysis.statistics import mean_interval, paired_difference
+from llf_teacher.studies.analysis.statistics import paired_difference
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -64,7 +64,7 @@ def read(values: Values) -> Reading:
         means = _means(values, teacher)
         first[teacher] = [learner for learner, mean in zip(LEARNERS, means, strict=True) if mean == min(means)]
         taus[teacher] = agreement(values, teacher)
-        cells = [describe(mean_interval(values(student=s, teacher=TEACHERS[teacher])[:, 0])) for s in LEARNERS.values()]
+        cells = [describe(values.means(student=s, teacher=TEACHERS[teacher])[0]) for s in LEARNERS.values()]
         table.append([teacher, *cells, ", ".join(first[teacher]), f"{taus[teacher]:.2f}"])
     broken = sorted((teacher for teacher in TEACHERS if teacher != "oracle"), key=taus.__getitem__)
     known = set(first["oracle"])

@@ -62,7 +62,7 @@ def read(values: Values) -> Reading:
                 gain = gains[name, likelihood, consistency] = paired_difference(alone, found).estimate
                 cells.append(describe(gain, 1))
             table.append([name, f"{likelihood:g}", *cells])
-    deaf = mean_interval(values(**DEAF)[:, 0])
+    deaf = values.means(**DEAF)[0]
     rare, poor = (gains[TOLD, *cell] for cell in EXPECTED.values())
     same = [gains["Advise, optimistic", *cell] for cell in EXPECTED.values()]
     trusting = gains["Advise, told 0.8", *EXPECTED["often wrong"]]
@@ -88,7 +88,7 @@ def draw(values: Values, figure: "Figure") -> None:
     panels = figure.subplots(1, len(LIKELIHOOD), sharey=True)
     for axes, likelihood in zip(panels, LIKELIHOOD, strict=True):
         for name in LEARNERS:
-            found = [mean_interval(values(**_setting(name, likelihood, c))[:, 0]) for c in CONSISTENCY]
+            found = [values.means(**_setting(name, likelihood, c))[0] for c in CONSISTENCY]
             line(axes, CONSISTENCY, found, name)
         ends = CONSISTENCY[0], CONSISTENCY[-1]
         axes.plot(ends, [alone, alone], color="gray", linestyle="--", marker="", label="rewards alone")

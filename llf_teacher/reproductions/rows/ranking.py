@@ -1,25 +1,19 @@
 """Whether teachers rank alike for different students."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.stats import kendalltau
 
 from llf_teacher.reproductions.drawing import bars
-from llf_teacher.reproductions.lessons import regrets, total
 from llf_teacher.reproductions.row import OURS, Reading, Row, Values, describe
+from llf_teacher.reproductions.rows.half import BOTH, EPISODES, WORLDS, mean_regret
 from llf_teacher.reproductions.rule import Expectation, Rule
-from llf_teacher.studies.analysis.statistics import mean_interval
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-WORLDS: dict[str, tuple[str, dict[str, Any]]] = {
-    "bandits": ("llf-bandits-BanditTenArmedRandomFixed-v0", {}),
-    "gridworld": ("llf-gridworld-v0", {"map": True}),
-}
-"""An environment of a family, and its options."""
 TEACHERS = (
     "oracle",
     "vague",
@@ -38,8 +32,6 @@ STUDENTS = {
     "a stubborn one": f"{FIRST} | stubborn(p=0.5)",
     "one that skips advice": f"{FIRST} | skims(kinds='fp')",
 }
-EPISODES, TURNS = 8, 12
-"""Worlds of a seed for each teacher and student; turns in each."""
 MEASURES = ("agreement of the rankings",)
 LEAST = -0.2
 """The greatest loss of agreement that does not count."""
@@ -48,19 +40,9 @@ LEAST = -0.2
 def measure(family: str, student: str, seed: int) -> Sequence[float]:
     """Kendall's rank correlation of the teachers' mean regrets for a student and, in other worlds, for `FIRST`."""
     first = 2 * EPISODES * seed
-    one = _losses(family, FIRST, range(first, first + EPISODES))
-    other = _losses(family, student, range(first + EPISODES, first + 2 * EPISODES))
+    one = [mean_regret(family, FIRST, teacher, first) for teacher in TEACHERS]
+    other = [mean_regret(family, student, teacher, first + EPISODES) for teacher in TEACHERS]
     return [0.0 if np.ptp(one) == 0 or np.ptp(other) == 0 else float(kendalltau(one, other).statistic)]
-
-
-def _losses(family: str, student: str, seeds: range) -> list[float]:
-    """The mean regret of each teacher's lessons."""
-    id, options = WORLDS[family]
-
-    def lost(teacher: str, seed: int) -> float:
-        return total(regrets(id, student=student, teacher=teacher, seed=seed, turns=TURNS, **options)[0])
-
-    return [total([lost(teacher, seed) for seed in seeds]) / EPISODES for teacher in TEACHERS]
 
 
 def _setting(family: str, name: str) -> dict[str, str]:
@@ -69,18 +51,15 @@ def _setting(family: str, name: str) -> dict[str, str]:
 
 def read(values: Values) -> Reading:
     """The agreement with the first student, by student."""
+    found = {
+        (family, name): describe(values.means(**_setting(family, name))[0]) for family in WORLDS for name in STUDENTS
+    }
     table = [["family", "student", "agreement"]]
-    for family in WORLDS:
-        for name, student in STUDENTS.items():
-            found = describe(mean_interval(values(**_setting(family, name))[:, 0]))
-            table.append([family, f"{name} (`{student.replace('|', 'with')}`)", found])
+    for (family, name), agreement in found.items():
+        table.append([family, f"{name} (`{STUDENTS[name].replace('|', 'with')}`)", agreement])
     parts = [
-        f"in {family} {describe(mean_interval(values(**_setting(family, 'the same'))[:, 0]))} for the same student in "
-        "other worlds, "
-        + ", ".join(
-            f"{describe(mean_interval(values(**_setting(family, name))[:, 0]))} for {name}"
-            for name in list(STUDENTS)[1:]
-        )
+        f"in {family} {found[family, 'the same']} for the same student in other worlds, "
+        + ", ".join(f"{found[family, name]} for {name}" for name in list(STUDENTS)[1:])
         for family in WORLDS
     ]
     why = (
@@ -94,7 +73,7 @@ def read(values: Values) -> Reading:
 def draw(values: Values, figure: "Figure") -> None:
     """The agreement, by family and student."""
     axes = figure.subplots()
-    found = {name: [mean_interval(values(**_setting(family, name))[:, 0]) for family in WORLDS] for name in STUDENTS}
+    found = {name: [values.means(**_setting(family, name))[0] for family in WORLDS] for name in STUDENTS}
     bars(axes, list(WORLDS), found)
     axes.set_ylabel("agreement with the first student")
     figure.legend(loc="outside lower center", ncols=3)
@@ -104,10 +83,10 @@ ROW = Row(
     claim="Teachers that are better for one student are better for another",
     source=OURS,
     protocol=(
-        f"Ten-armed bandits, and houses whose plan is in the instruction; lessons of {TURNS} turns by {len(TEACHERS)} "
-        f"teachers: {', '.join(f'`{each}`' for each in TEACHERS)}. A seed has {EPISODES} worlds in which each teaches "
-        f"`{FIRST}`, and {EPISODES} others in which each teaches the other student. The measure is Kendall's rank "
-        "correlation (tau-b) of the teachers' mean regrets for both, 0 if all are equal for one of them."
+        f"{BOTH} by {len(TEACHERS)} teachers: {', '.join(f'`{each}`' for each in TEACHERS)}. A seed has {EPISODES} "
+        f"worlds in which each teaches `{FIRST}`, and {EPISODES} others in which each teaches the other student. The "
+        "measure is Kendall's rank correlation (tau-b) of the teachers' mean regrets for both, 0 if all are equal for "
+        "one of them."
     ),
     rule=Rule(
         seeds=12,

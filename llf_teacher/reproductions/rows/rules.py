@@ -1,18 +1,16 @@
 """Rules against advice, over the worlds of a town: where they cross."""
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from llf_teacher.episodes.loop import play_turns
-from llf_teacher.gym import make
 from llf_teacher.reproductions.drawing import line, name_lines
-from llf_teacher.reproductions.lessons import total
+from llf_teacher.reproductions.lessons import judged, seated, total
 from llf_teacher.reproductions.row import OURS, Reading, Row, Values, describe
+from llf_teacher.reproductions.rows.half import TURNS
 from llf_teacher.reproductions.rule import TENTH, Expectation, Rule
-from llf_teacher.students.parsing import parse_student
-from llf_teacher.studies.analysis.statistics import mean_interval
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -26,7 +24,6 @@ TEACHERS = ("silence", "rules", "advice, as many words", "advice, as many bits")
 STUDENT = "reasoner(worlds=64, forget=False)"
 AFTER = (1, 2, 4, 8, 16)
 """Numbers of worlds of a town after which regret is counted."""
-TURNS = 12
 MEASURES = tuple(f"regret after {n} {'world' if n == 1 else 'worlds'}" for n in AFTER)
 FIRST, LAST = MEASURES[0], MEASURES[-1]
 
@@ -49,9 +46,8 @@ def _life(family: str, teacher: str, seed: int) -> Iterator[float]:
     """The regret in each world of a town, one after the other."""
     town = _Town(family, seed)
     if teacher in ("silence", "rules"):
-        yield town.lesson(0, "ruler" if teacher == "rules" else "silent").regret
-        for world in range(1, AFTER[-1]):
-            yield town.lesson(world, "silent").regret
+        for world in range(AFTER[-1]):
+            yield town.lesson(world, "ruler" if teacher == "rules" and not world else "silent").regret
         return
     unit = teacher == "advice, as many bits"
     left = total([float(said[unit]) for said in town.lesson(0, "ruler", bits=True).said])
@@ -59,7 +55,7 @@ def _life(family: str, teacher: str, seed: int) -> Iterator[float]:
     for world in range(AFTER[-1]):
         advice, turns = "only(kinds='fp')", 0
         if left > 0:
-            for said in town.lesson(world, advice, bits=bool(unit)).said:
+            for said in town.lesson(world, advice, bits=unit).said:
                 if left <= 0:
                     break
                 left, turns = left - said[unit], turns + 1
@@ -71,27 +67,18 @@ class _Town:
 
     def __init__(self, family: str, seed: int) -> None:
         id, options = WORLDS[family]
-        self._id, self._options, self._seed = id, {**options, "town": seed}, seed
-        env = self._make("silent")
-        self._policy = parse_student(STUDENT).seat(env.family, env.session.world)
-
-    def _make(self, teacher: str) -> Any:
-        return make(self._id, teacher=teacher, max_turns=TURNS, **self._options)
+        self._seated = partial(seated, id, STUDENT, turns=TURNS, town=seed, **options)
+        self._first = AFTER[-1] * seed
+        _, self._policy = self._seated(teacher="silent")
 
     def lesson(self, world: int, teacher: str, *, bits: bool = False) -> _Told:
         """A lesson in one of the worlds; what is said in how many bits is measured if it is asked for."""
-        env, seed = self._make(teacher), AFTER[-1] * self._seed + world
-        oracle, lost, said = env.session.teacher.oracle, 0.0, []
-        information = env.family.make_information(env.session.world, seed, 64) if bits else None
-        for turn in play_turns(env, self._policy, seed):
-            lost += oracle.regret(turn.moment) if turn.moment.turn else 0.0
-            measured = 0.0
-            if information is not None:
-                information.see(turn.moment)
-                measured = total([each.bits or 0.0 for each in information.hear(turn.atoms)])
+        env, _ = self._seated(teacher=teacher)
+        lost, said = 0.0, []
+        for turn, regret, measured in judged(env, self._policy, self._first + world, 64 if bits else 0):
+            lost += regret
             if words := len(turn.feedback.split()):
-                said.append((words, measured))
-        env.close()
+                said.append((words, total([each.bits or 0.0 for each in measured])))
         return _Told(lost, said)
 
 
@@ -104,8 +91,7 @@ def read(values: Values) -> Reading:
     table = [["family", "teacher", *MEASURES]]
     for family in WORLDS:
         for teacher in TEACHERS:
-            columns = values(**_setting(family, teacher)).T
-            table.append([family, teacher, *(describe(mean_interval(column)) for column in columns)])
+            table.append([family, teacher, *map(describe, values.means(**_setting(family, teacher)))])
     parts = []
     for family in WORLDS:
         found = {teacher: values(**_setting(family, teacher)).mean(axis=0) for teacher in TEACHERS}
@@ -128,7 +114,7 @@ def draw(values: Values, figure: "Figure") -> None:
     """Regret by number of worlds."""
     for axes, family in zip(figure.subplots(1, len(WORLDS)), WORLDS, strict=True):
         for teacher in TEACHERS:
-            line(axes, AFTER, [mean_interval(column) for column in values(**_setting(family, teacher)).T], teacher)
+            line(axes, AFTER, values.means(**_setting(family, teacher)), teacher)
         axes.set(title=family, xlabel="worlds of the town", ylabel="regret so far")
         axes.set_xscale("log", base=2)
         axes.set_xticks(AFTER, list(map(str, AFTER)))

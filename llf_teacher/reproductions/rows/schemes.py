@@ -9,7 +9,6 @@ from llf_teacher.reproductions.drawing import bars
 from llf_teacher.reproductions.lifetimes import live
 from llf_teacher.reproductions.row import Reading, Row, Values, describe
 from llf_teacher.reproductions.rule import TENTH, Expectation, Rule, saves
-from llf_teacher.studies.analysis.statistics import mean_interval
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -62,13 +61,13 @@ def read(values: Values) -> Reading:
     last = {}
     for learner in LEARNERS:
         for scheme in SCHEMES:
-            last[learner, scheme] = mean_interval(values(**_setting(learner, scheme))[:, 0])
+            last[learner, scheme] = values.means(**_setting(learner, scheme))[0]
         table.append([learner, *(describe(last[learner, scheme]) for scheme in SCHEMES)])
     ours = (
         f"At the end E-COACH wastes {', '.join(describe(last['E-COACH', scheme]) for scheme in SCHEMES)} moves an "
         f"episode under {', '.join(SCHEMES)} feedback, COACH "
         f"{', '.join(describe(last['COACH', scheme]) for scheme in SCHEMES)}, and E-COACH without feedback "
-        f"{describe(mean_interval(values(**UNTAUGHT)[:, 0]))}."
+        f"{describe(values.means(**UNTAUGHT)[0])}."
     )
     why = (
         "The paper proves that E-COACH converges under each kind of feedback, and that there are worlds in which COACH "
@@ -82,10 +81,7 @@ def read(values: Values) -> Reading:
 def draw(values: Values, figure: "Figure") -> None:
     """Regret at the end, one group of bars per scheme."""
     axes = figure.subplots()
-    found = {
-        learner: [mean_interval(values(**_setting(learner, scheme))[:, 0]) for scheme in SCHEMES]
-        for learner in LEARNERS
-    }
+    found = {learner: [values.means(**_setting(learner, scheme))[0] for scheme in SCHEMES] for learner in LEARNERS}
     bars(axes, [f"{scheme} feedback" for scheme in SCHEMES], found)
     axes.set_ylabel(f"regret per episode, last {LAST}")
     axes.legend()

@@ -78,7 +78,7 @@ def draw(values: Values, figure: "Figure") -> None:
     panels = figure.subplots(1, 2)
     for column, (axes, title) in enumerate(zip(panels, ("regret per episode", "labels until learned"), strict=True)):
         found = {
-            learner: [mean_interval(values(**_setting(learner, trainer))[:, column]) for trainer in TRAINERS]
+            learner: [values.means(**_setting(learner, trainer))[column] for trainer in TRAINERS]
             for learner in LEARNERS
         }
         bars(axes, list(TRAINERS), found)

@@ -1,26 +1,22 @@
 """Bits or worth: what tells how much regret a kind of feedback saves."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
 from llf_teacher.reproductions.drawing import bars
-from llf_teacher.reproductions.lessons import informed
+from llf_teacher.reproductions.lessons import judged, seated
 from llf_teacher.reproductions.row import OURS, Reading, Row, Values, describe
+from llf_teacher.reproductions.rows.half import BOTH, EPISODES, TURNS, WORLDS
 from llf_teacher.reproductions.rule import Expectation, Rule
-from llf_teacher.studies.analysis.statistics import mean_interval
+from teachers.information import Gain
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-WORLDS: dict[str, tuple[str, dict[str, Any]]] = {
-    "bandits": ("llf-bandits-BanditTenArmedRandomFixed-v0", {}),
-    "gridworld": ("llf-gridworld-v0", {"map": True}),
-}
-"""The families whose students have both a posterior and values: an environment and its options."""
 TEACHERS = {
     "rewards": "only(kinds='r')",
     "praise": "only(kinds='hp')",
@@ -31,8 +27,6 @@ TEACHERS = {
     "hints": "hinter",
 }
 STUDENT = "reasoner(worlds=64)"
-EPISODES, TURNS = 8, 12
-"""Lessons of a seed for each teacher, each in another world; turns of each."""
 WORTH, BITS, LEAD = MEASURES = "by worth", "by bits", "worth beside bits"
 CHOICES = (["gridworld"], ["bandits"], ["bandits", "gridworld"])
 
@@ -51,8 +45,11 @@ def _kinds(family: str, seed: int) -> NDArray[np.float64]:
     def play(teacher: str) -> NDArray[np.float64]:
         found = []
         for each in range(EPISODES * seed, EPISODES * (seed + 1)):
-            lost, gain = informed(id, student=STUDENT, teacher=teacher, seed=each, turns=TURNS, worlds=64, **options)
-            found.append((sum(lost), gain.saved, gain.bits))
+            lost, gain = 0.0, Gain()
+            for turn, regret, measured in judged(*seated(id, STUDENT, teacher, TURNS, **options), each, worlds=64):
+                lost += regret
+                gain = sum(map(Gain.of, (atom.text for atom in turn.atoms), measured), gain)
+            found.append((lost, gain.saved, gain.bits))
         means: NDArray[np.float64] = np.mean(found, axis=0)
         return means
 
@@ -70,13 +67,11 @@ def read(values: Values) -> Reading:
     """The correlations, by family."""
     table = [["families", "saved and worth", "saved and bits", "difference"]]
     for families in CHOICES:
-        columns = (describe(mean_interval(column)) for column in values(families=families).T)
-        table.append([" and ".join(families), *columns])
-    both = values(families=CHOICES[-1]).T
+        table.append([" and ".join(families), *map(describe, values.means(families=families))])
+    both = values.means(families=CHOICES[-1])
     ours = (
         "Over kinds of feedback in both families, the share of regret saved has a rank correlation of "
-        f"{describe(mean_interval(both[0]))} with what the sentences are worth, and of "
-        f"{describe(mean_interval(both[1]))} with their bits."
+        f"{describe(both[0])} with what the sentences are worth, and of {describe(both[1])} with their bits."
     )
     why = (
         "Bits count all that a sentence rules out, worth only what changes the next action. Worth looks one action "
@@ -89,7 +84,7 @@ def draw(values: Values, figure: "Figure") -> None:
     """The two correlations, by family."""
     axes = figure.subplots()
     found = {
-        name: [mean_interval(values(families=families)[:, column]) for families in CHOICES]
+        name: [values.means(families=families)[column] for families in CHOICES]
         for column, name in enumerate(("worth", "bits"))
     }
     bars(axes, [" and ".join(families) for families in CHOICES], found)
@@ -101,8 +96,8 @@ ROW = Row(
     claim="What a sentence is worth to the next action tells how much regret it saves, better than its bits do",
     source=OURS,
     protocol=(
-        f"Ten-armed bandits, and houses whose plan is in the instruction; lessons of {TURNS} turns. `{STUDENT}` hears "
-        "one kind of feedback: rewards, praise, blame, both verdicts, advice, warnings, or hints. The bits of a "
+        f"{BOTH}. `{STUDENT}` hears one kind of feedback: "
+        "rewards, praise, blame, both verdicts, advice, warnings, or hints. The bits of a "
         "sentence and its worth are measured by 64 worlds that the student cannot distinguish from its own, given all "
         f"that it heard before. A seed has {EPISODES} worlds for each kind: from their means come the share of the "
         "regret without words that the kind saves, its worth as a share of that regret, and its bits. The measures "

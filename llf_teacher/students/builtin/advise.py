@@ -2,12 +2,12 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
-from llf_teacher.students.evaluated import Evaluated, EvaluatedPolicy, Features, Table, check_shares, softmax
-from teachers.spec import check_range
+from llf_teacher.students.evaluated import Evaluated, EvaluatedPolicy, Features, Table, softmax
+from teachers.spec import Range, Share
 
 
 class _Policy(EvaluatedPolicy["Advise"]):
@@ -48,22 +48,15 @@ class Advise(Evaluated):
     Boltzmann exploration. The paper has Bayesian Q-learning, whose policy is an action's probability to be the best.
     """
 
-    consistency: float = 0.8
+    consistency: Annotated[float, Range(0.5, 1 - 1e-6)] = 0.8
     """Assumed probability that a verdict is right, 0.5 to below 1; 0.5: verdicts have no effect."""
-    alpha: float = 0.5
+    alpha: Share = 0.5
     """Step size, 0 to 1."""
-    gamma: float = 0.95
+    gamma: Share = 0.95
     """Discount factor, 0 to 1."""
-    optimism: float = 0.0
+    optimism: Annotated[float, Range(-1e9, 1e9)] = 0.0
     """Initial value of every action."""
-    temperature: float = 0.05
+    temperature: Annotated[float, Range(1e-9, math.inf)] = 0.05
     """Temperature of the Boltzmann policy, in units of value, above 0."""
     reads = "atoms and reward"
     policy = _Policy
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_shares(self, "alpha", "gamma")
-        check_range("consistency", self.consistency, 0.5, 1 - 1e-6)
-        check_range("optimism", self.optimism, -1e9, 1e9)
-        check_range("temperature", self.temperature, 1e-9, math.inf)

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from gymnasium import spaces
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from llf_teacher.students.student import Policy, Student, frozen, state_of
 from pz_envs.subject import Subject
 from teachers.atoms import FN, FP, HN, HP, action_of
-from teachers.spec import check_range
+from teachers.spec import Range
 from worlds.world import World
 
 _STEADY = 0.75  # probability that a teacher says its belief rather than anything else
@@ -187,13 +187,9 @@ class Bayesian(Student):
     best actions together.
     """
 
-    trust: float = 0.8
+    trust: Annotated[float, Range(0.01, 0.99)] = 0.8
     """Prior mean of a teacher's skill, the share of its beliefs that are right, 0.01 to 0.99."""
-    weight: float = 2.0
+    weight: Annotated[float, Range(0.01, 1e6)] = 2.0
     """Weight of the prior, in observed beliefs, 0.01 to 1e6."""
     reads = "atoms and reward"
     policy = _Policy
-
-    def __post_init__(self) -> None:
-        check_range("trust", self.trust, 0.01, 0.99)
-        check_range("weight", self.weight, 0.01, 1e6)

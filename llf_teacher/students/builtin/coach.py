@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -11,11 +11,10 @@ from llf_teacher.students.evaluated import (
     EvaluatedPolicy,
     Features,
     Table,
-    check_shares,
     softmax,
     stated_reward,
 )
-from teachers.spec import check_range
+from teachers.spec import Range, Share
 
 _LISTENS = ("verdicts", "rewards")
 
@@ -91,24 +90,20 @@ class Coach(Evaluated):
     linear functions, a trace for each button of its trainer, and many more turns.
     """
 
-    alpha: float = 0.2
+    alpha: Annotated[float, Range(1e-9, math.inf)] = 0.2
     """Step size, above 0."""
-    trace: float = 0.9
+    trace: Share = 0.9
     """Share of the trace that remains after a turn, 0 to 1; unused with `episodic`."""
     listens: str = "verdicts"
     """Source of labels: `verdicts`, 1 and -1, or `rewards`, the number that the teacher states (r)."""
     episodic: bool = False
     """Whether it learns at the end of an episode."""
-    gamma: float = 0.95
+    gamma: Share = 0.95
     """Weight of a label relative to the turn before, 0 to 1; used with `episodic` only."""
     reads = "atoms"
     policy = _Policy
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_range("alpha", self.alpha, 1e-9, math.inf)
-        check_shares(self, "trace", "gamma")
         if self.listens not in _LISTENS:
             raise ValueError(f"listens must be one of {', '.join(_LISTENS)}, got {self.listens!r}")
-        if not isinstance(self.episodic, bool):
-            raise ValueError(f"episodic must be True or False, got {self.episodic!r}")

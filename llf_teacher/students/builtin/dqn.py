@@ -4,7 +4,7 @@ import importlib.util
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from gymnasium import spaces
@@ -13,7 +13,7 @@ from gymnasium.spaces.utils import flatten, flatten_space
 from llf_teacher.students.learner import Learner, LearnerPolicy
 from llf_teacher.students.student import state_of
 from pz_envs.subject import Subject
-from teachers.spec import check_range
+from teachers.spec import Range, Share
 from worlds.actions import describe_space
 from worlds.world import World
 
@@ -135,27 +135,19 @@ class Dqn(Learner):
     It learns once per turn, from a sample of its memory; states are scaled to their bounds.
     """
 
-    alpha: float = 1e-3
+    alpha: Share = 1e-3
     """Step size of Adam, 0 to 1."""
-    gamma: float = 0.95
+    gamma: Share = 0.95
     """Discount factor, 0 to 1."""
-    epsilon: float = 0.1
+    epsilon: Share = 0.1
     """Probability of a random action in place of the greedy one, 0 to 1."""
-    hidden: int = 64
+    hidden: Annotated[int, Range(1, 4096)] = 64
     """Width of both hidden layers, 1 to 4096."""
-    memory: int = 10_000
+    memory: Annotated[int, Range(_BATCH, 10**6)] = 10_000
     """Size of the memory in transitions, 32 to 1000000; the oldest is replaced."""
-    sync: int = 100
+    sync: Annotated[int, Range(1, 10**6)] = 100
     """Number of turns between updates of the target network, 1 to 1000000."""
     policy = _Policy
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        for name in ("alpha", "gamma", "epsilon"):
-            check_range(name, getattr(self, name), 0, 1)
-        check_range("hidden", self.hidden, 1, 4096, int)
-        check_range("memory", self.memory, _BATCH, 10**6, int)
-        check_range("sync", self.sync, 1, 10**6, int)
 
     def check(self, environment: Mapping[str, str]) -> None:
         """Check that the extra is installed."""

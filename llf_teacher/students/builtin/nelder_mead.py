@@ -11,7 +11,7 @@ import numpy as np
 
 from llf_teacher.students.learner import Learner, LearnerPolicy
 from pz_envs.learning import Smooth
-from teachers.spec import check_range
+from teachers.spec import Share
 
 
 class _Policy(LearnerPolicy["NelderMead"]):
@@ -99,14 +99,10 @@ class NelderMead(Learner):
     An advised point joins the first simplex; later it replaces the worst point if it is better.
     """
 
-    size: float = 0.2
+    size: Share = 0.2
     """Edge of the first simplex, as a fraction of the box's width, 0 to 1."""
     suits = Smooth
     policy = _Policy
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_range("size", self.size, 0, 1)
 
 
 def _reward(vertex: tuple[float, np.ndarray]) -> float:

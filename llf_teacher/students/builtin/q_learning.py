@@ -2,12 +2,12 @@
 
 from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 from llf_teacher.students.learner import Learner, LearnerPolicy
 from llf_teacher.students.student import frozen, state_of
 from pz_envs.learning import StateValues
-from teachers.spec import check_range
+from teachers.spec import Range, Share
 
 
 class _Policy(LearnerPolicy["QLearning"]):
@@ -63,20 +63,14 @@ class _Policy(LearnerPolicy["QLearning"]):
 class QLearning(Learner):
     """Watkins & Dayan 1992, greedy on optimistic initial values, which make it explore untried actions."""
 
-    alpha: float = 0.5
+    alpha: Share = 0.5
     """Step size, 0 to 1."""
-    gamma: float = 0.95
+    gamma: Share = 0.95
     """Discount factor, 0 to 1."""
-    optimism: float = 1.0
+    optimism: Annotated[float, Range(-1e9, 1e9)] = 1.0
     """Initial value of every action."""
-    epsilon: float = 0.0
+    epsilon: Share = 0.0
     """Probability of a random action in place of the greedy one, 0 to 1."""
     suits = StateValues
     policy = _Policy
     batch = "QLearners"
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        for name in ("alpha", "gamma", "epsilon"):
-            check_range(name, getattr(self, name), 0, 1)
-        check_range("optimism", self.optimism, -1e9, 1e9)

@@ -30,13 +30,12 @@ class _Policy(Policy["Reasoner"]):
                 f"the student {spec} needs a family with a posterior and values of actions; {family.name} has no "
                 f"{lacks}; allowed: {able}; elsewhere use another student, such as obedient"
             )
-        self._posterior = family.make_posterior(world)
+        self._grounds = family.make_grounds(world)
 
     def begin(self) -> None:
         """Begin an episode without memory; a student that does not forget still knows the rules that it has heard."""
         rules = () if self.spec.forget or self.belief is None else self.belief.rules
-        oracle = self.family.oracle_class()(self.world.scratch)
-        self.belief = Belief(self._posterior, oracle, self.rng, self.spec.worlds, self.spec.trust)
+        self.belief = Belief(self._grounds, self.rng, self.spec.worlds, self.spec.trust)
         self.belief.keep(rules)
 
     def succeed(self, past: Policy[Any]) -> None:
@@ -83,13 +82,3 @@ class Reasoner(Student):
     reads = "atoms"
     draws_worlds = True
     policy = _Policy
-
-    @property
-    def remembers(self) -> bool:
-        """True unless it forgets."""
-        return not self.forget
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not isinstance(self.forget, bool):
-            raise ValueError(f"forget must be True or False, got {self.forget!r}")

@@ -7,7 +7,7 @@ import numpy as np
 
 from llf_teacher.students.student import Policy, Student
 from pz_envs.learning import Trend
-from teachers.spec import check_range
+from teachers.spec import Share
 
 
 class _Policy(Policy["RunAndTumble"]):
@@ -41,11 +41,8 @@ class RunAndTumble(Student):
     Actions stay near the middle of the box, since a bad action has effects beyond the turn that reveals it.
     """
 
-    size: float = 0.1
+    size: Share = 0.1
     """Maximum distance of an action from the middle of the box, as a fraction of half its width, 0 to 1."""
     reads = "reward"
     suits = Trend
     policy = _Policy
-
-    def __post_init__(self) -> None:
-        check_range("size", self.size, 0, 1)

@@ -2,12 +2,13 @@
 
 from collections.abc import Hashable
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
-from llf_teacher.students.evaluated import Evaluated, EvaluatedPolicy, Features, check_shares
-from teachers.spec import check_range
+from llf_teacher.students.evaluated import Evaluated, EvaluatedPolicy, Features
+from teachers.spec import Range, Share
 
 _SHARES = np.linspace(0.05, 0.95, 10)
 """Grid of the probabilities of silence, where they are inferred."""
@@ -82,11 +83,11 @@ class Sabl(Evaluated):
     papers a label comes before the next action, or never.
     """
 
-    error: float = 0.1
+    error: Annotated[float, Range(1e-6, 0.5 - 1e-6)] = 0.1
     """Probability that the trainer errs, above 0 and below 0.5."""
-    plus: float = 0.1
+    plus: Share = 0.1
     """Probability of silence after a right action, 0 to 1."""
-    minus: float = 0.1
+    minus: Share = 0.1
     """Probability of silence after a wrong action, 0 to 1."""
     infers: bool = False
     """Whether it infers `plus` and `minus` instead of using the given values."""
@@ -95,9 +96,5 @@ class Sabl(Evaluated):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_range("error", self.error, 1e-6, 0.5 - 1e-6)
-        check_shares(self, "plus", "minus")
-        if not isinstance(self.infers, bool):
-            raise ValueError(f"infers must be True or False, got {self.infers!r}")
         if self.tiles:
             raise ValueError(f"tiles must be 0, got {self.tiles}: sabl infers each state separately")

@@ -2,7 +2,8 @@
 
 from dataclasses import dataclass
 
-from llf_teacher.students.evaluated import Evaluated, EvaluatedPolicy, Features, Table, check_shares
+from llf_teacher.students.evaluated import Evaluated, EvaluatedPolicy, Features, Table
+from teachers.spec import Share
 
 
 class _Policy(EvaluatedPolicy["Tamer"]):
@@ -31,11 +32,7 @@ class Tamer(Evaluated):
     delay. Here there is a table, or tiles, and a label says which turn it is about.
     """
 
-    alpha: float = 0.3
+    alpha: Share = 0.3
     """Step size, 0 to 1."""
     reads = "atoms"
     policy = _Policy
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_shares(self, "alpha")

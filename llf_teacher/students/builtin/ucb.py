@@ -3,11 +3,11 @@
 import math
 from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 from llf_teacher.students.learner import Learner, LearnerPolicy
 from pz_envs.learning import ActionValues
-from teachers.spec import check_range
+from teachers.spec import Range
 
 
 class _Policy(LearnerPolicy["Ucb"]):
@@ -48,11 +48,7 @@ class _Policy(LearnerPolicy["Ucb"]):
 class Ucb(Learner):
     """UCB1 (Auer, Cesa-Bianchi & Fischer 2002): mean reward plus `scale * sqrt(2 ln t / n)`; each action once first."""
 
-    scale: float = 0.5
+    scale: Annotated[float, Range(0, math.inf)] = 0.5
     """Width of the bound, in units of reward, at least 0."""
     suits = ActionValues
     policy = _Policy
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_range("scale", self.scale, 0, math.inf)

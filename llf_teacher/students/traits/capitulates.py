@@ -2,14 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from llf_teacher.students.scene import Floats, HeardTurn, Recovery, Scene
 from llf_teacher.students.trait import Trait
 from teachers.atoms import FP, Atom, Claim, action_of
-from teachers.spec import check_range
+from teachers.spec import Range
 
 
 @dataclass(frozen=True)
@@ -20,17 +20,12 @@ class Capitulates(Trait):
     anew. Of several pieces of advice for a turn the last counts.
     """
 
-    after: float | None = 2
+    after: Annotated[float | None, Range(0, 1e6)] = 2
     """The number of times, 0 to 1e6, 0: it always takes advice. Of 2.25 it is 3 in a quarter of cases, else 2, drawn
     whenever it begins to count. None: it never gives in."""
     strength, absent = "after", None
     strengths = np.linspace(0, 20, 2001)
     recovery = Recovery(2.4, student="tamer")
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.after is not None:
-            check_range("after", self.after, 0, 1e6)
 
     def hear(self, atom: Atom, scene: Scene) -> Claim[Any]:
         """The claim; the advice for this turn is kept."""

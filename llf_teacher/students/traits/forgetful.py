@@ -2,12 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from llf_teacher.students.scene import Floats, HeardTurn, Recovery, Scene
 from llf_teacher.students.trait import Trait
-from teachers.spec import check_range
+from teachers.spec import Range
 
 
 @dataclass(frozen=True)
@@ -19,16 +20,11 @@ class Forgetful(Trait):
     What remains is the instruction, without what that says of actions.
     """
 
-    half_life: float | None = 5
+    half_life: Annotated[float | None, Range(0.01, 1e6)] = 5
     """The half-life in turns, 0.01 to 1e6; None: it never forgets."""
     strength, absent = "half_life", None
     strengths = np.geomspace(0.1, 1000, 2001)
     recovery = Recovery(5, teacher="silent", instruction_type="c", feedback_type="n")
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.half_life is not None:
-            check_range("half_life", self.half_life, 0.01, 1e6)
 
     def forgets(self, scene: Scene) -> bool:
         """Whether it does now."""

@@ -2,30 +2,25 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from llf_teacher.students.scene import Floats, HeardTurn, Recovery, Scene, changed
 from llf_teacher.students.trait import Trait
 from teachers.atoms import Atom, Claim, PlanClaim
-from teachers.spec import check_range
+from teachers.spec import Range
 
 
 @dataclass(frozen=True)
 class PartialPlan(Trait):
     """Takes in the first k actions of each plan that it hears, in an instruction or as an example; of none, nothing."""
 
-    k: float | None = 1
+    k: Annotated[float | None, Range(0, 1e6)] = 1
     """The number of actions, 0 to 1e6. Of 2.25 it is 3 for a quarter of the plans, else 2. None: all of them."""
     strength, absent = "k", None
     strengths = np.linspace(0, 20, 2001)
     recovery = Recovery(1.4, teacher="silent", instruction_type="c", feedback_type="n")
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.k is not None:
-            check_range("k", self.k, 0, 1e6)
 
     def hear(self, atom: Atom, scene: Scene) -> Claim[Any] | None:
         """The claim, or a shorter plan."""

@@ -7,16 +7,13 @@ from typing import Annotated, Any, ClassVar
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Scope, Verdict, claim, opposed, slot
 from teachers.oracles.alfworld.search import IDLE, distance, thing_of, verb_of
 from teachers.rules import TownRule
+from teachers.words import article
 from worlds.alfworld import Alfworld, Truth
 from worlds.alfworld.exact import AGENT, NOTHING, USES, ExactEngine
 from worlds.alfworld.games import Game
 from worlds.alfworld.generated import keepers
 from worlds.alfworld.house import House, house_of
 from worlds.alfworld.plans import APPLIANCES
-
-
-def _article(name: str) -> str:
-    return f"{'an' if name[0] in 'aeiou' else 'a'} {name}"
 
 
 @claim
@@ -216,14 +213,11 @@ class DoVerb(Claim[Truth, Alfworld]):
 
     kind = FP
     verb: str
+    counterparts = Claim.varied("verb", ("go", "open", "take", "move"))
 
     def holds(self, moment: Moment[Truth], lab: Alfworld) -> bool:
         """Carry all such commands out and search from there."""
         return _some(lab, moment.after, lambda command: verb_of(command) == self.verb)
-
-    def counterparts(self, moment: Moment[Truth], lab: Alfworld) -> Sequence[Claim]:
-        """Another verb."""
-        return tuple(DoVerb(verb=verb) for verb in ("go", "open", "take", "move") if verb != self.verb)
 
 
 @claim
@@ -329,6 +323,7 @@ class Treat(Claim[Truth, Alfworld]):
     scope = Scope.WORLD
     thing: str
     verb: Annotated[str, (*USES,)]
+    counterparts = Claim.varied("verb", USES)
 
     def holds(self, moment: Moment[Truth], lab: Alfworld) -> bool:
         """Put one there untreated, and treated."""
@@ -346,10 +341,6 @@ class Treat(Claim[Truth, Alfworld]):
         engine.load(frozenset(put | {(fact, things[0])}))
         return engine.won() and not before
 
-    def counterparts(self, moment: Moment[Truth], lab: Alfworld) -> Sequence[Claim]:
-        """Another treatment."""
-        return tuple(Treat(thing=self.thing, verb=verb) for verb in USES if verb != self.verb)
-
     def excludes(self, other: Claim) -> bool:
         """Another treatment."""
         return isinstance(other, Treat) and other.verb != self.verb
@@ -363,11 +354,14 @@ class _Kept(Claim[Truth, Alfworld]):
     thing: str
     place: str
     """Kind of receptacle, such as `drawer`."""
+    counterparts = Claim.varied(
+        "place", lambda _, moment, __: sorted({name.rpartition(" ")[0] for name in _contents(moment.after)})
+    )
 
-    def counterparts(self, moment: Moment[Truth], lab: Alfworld) -> Sequence[Claim]:
-        """Name another kind of place that the house has."""
-        kinds = sorted({name.rpartition(" ")[0] for name in _contents(moment.after)} - {self.place})
-        return tuple(type(self)(thing=self.thing, place=kind) for kind in kinds)
+    def _found(self, moment: Moment[Truth]) -> list[bool]:
+        """Whether a `thing` lay there, for each such place."""
+        places = _contents(moment.after).items()
+        return [self.thing in things for name, things in places if name.rpartition(" ")[0] == self.place]
 
 
 @claim
@@ -378,8 +372,8 @@ class NotKept(_Kept):
 
     def holds(self, moment: Moment[Truth], lab: Alfworld) -> bool:
         """Look into all of them."""
-        found = [things for name, things in _contents(moment.after).items() if name.rpartition(" ")[0] == self.place]
-        return bool(found) and not any(self.thing in things for things in found)
+        found = self._found(moment)
+        return bool(found) and not any(found)
 
 
 @claim
@@ -387,15 +381,11 @@ class Kept(_Kept):
     """True if a `thing` lay in or on a `place` when the task was given."""
 
     kind = FP
-    one, place_one = slot(_article, "thing"), slot(_article, "place")
+    one, place_one = slot(article, "thing"), slot(article, "place")
 
     def holds(self, moment: Moment[Truth], lab: Alfworld) -> bool:
         """Look into all of them."""
-        return any(
-            self.thing in things
-            for name, things in _contents(moment.after).items()
-            if name.rpartition(" ")[0] == self.place
-        )
+        return any(self._found(moment))
 
     def excludes(self, other: Claim) -> bool:
         """That there was none."""
@@ -409,7 +399,7 @@ class _Shut(Claim[Truth, Alfworld]):
     scope = Scope.WORLD
     kind = FP
     thing: str
-    one = slot(_article, "thing")
+    one = slot(article, "thing")
     opens: ClassVar[bool]
 
     def holds(self, moment: Moment[Truth], lab: Alfworld) -> bool:
@@ -549,6 +539,11 @@ class _Keeping(TownRule[Truth, Alfworld]):
             return None
         return own == {self.place}
 
+    def means(self, moment: Moment[Truth], oracle: Any) -> bool:
+        """Read the law."""
+        law = moment.after.game.law
+        return bool(law) and ((self.thing, self.place) in law) == (self.kind is FP)
+
     def counterparts(self, moment: Moment[Truth], lab: Alfworld) -> Sequence[Claim]:
         """Another type of receptacle, of which houses of the town can tell."""
         others = (type(self)(thing=self.thing, place=place) for place in keepers()[self.thing] if place != self.place)
@@ -563,10 +558,6 @@ class AlwaysKept(_Keeping):
     """
 
     kind = FP
-
-    def means(self, moment: Moment[Truth], oracle: Any) -> bool:
-        """Read the law."""
-        return (self.thing, self.place) in moment.after.game.law
 
     def excludes(self, other: Claim) -> bool:
         """Another place, or the contrary."""
@@ -589,11 +580,6 @@ class NotAlwaysKept(_Keeping):
     def holds(self, moment: Moment[Truth], lab: Alfworld) -> bool:
         """Look for such a house."""
         return False in self.shown(moment, lab)
-
-    def means(self, moment: Moment[Truth], oracle: Any) -> bool:
-        """Read the law."""
-        law = moment.after.game.law
-        return bool(law) and (self.thing, self.place) not in law
 
 
 def _barred(game: Game) -> tuple[str, str]:

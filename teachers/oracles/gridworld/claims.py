@@ -8,6 +8,7 @@ from typing import Annotated, Any
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Scope, Verdict, claim, opposed, slot
 from teachers.rules import TownRule
 from teachers.spec import Range
+from teachers.words import article, listed
 from worlds.gridworld import (
     DIRECTIONS,
     NO_DOOR,
@@ -245,14 +246,11 @@ class Go(ActionClaim[Truth, Gridworld]):
 
     kind = FP
     action: Direction
+    counterparts = Claim.varied("action", DIRECTIONS)
 
     def holds(self, moment: Moment[Truth], lab: Gridworld) -> bool:
         """Make the move and measure by breadth-first search."""
         return not moment.after.found and _gain(lab, moment.after, self.action) > 0
-
-    def counterparts(self, moment: Moment[Truth], lab: Gridworld) -> Sequence[Claim]:
-        """Recommend another direction."""
-        return tuple(Go(action=direction) for direction in DIRECTIONS if direction != self.action)
 
     def coarser(self, moment: Moment[Truth], lab: Gridworld) -> Sequence[Claim]:
         """Three directions, then two; where there are other doors, these lead through them."""
@@ -267,20 +265,12 @@ class Either(Claim[Truth, Gridworld]):
 
     kind = FP
     ways: tuple[Direction, ...]
-
-    @property
-    def listing(self) -> str:
-        """The directions in words, such as `north or west`."""
-        *rest, last = self.ways
-        return f"{', '.join(map(str, rest))} or {last}"
+    counterparts = Claim.varied("ways", lambda claim, _, __: combinations(DIRECTIONS, len(claim.ways)))
+    listing = slot(listed, "ways")
 
     def holds(self, moment: Moment[Truth], lab: Gridworld) -> bool:
         """Make the moves and measure by breadth-first search."""
         return not moment.after.found and any(_gain(lab, moment.after, way) > 0 for way in self.ways)
-
-    def counterparts(self, moment: Moment[Truth], lab: Gridworld) -> Sequence[Claim]:
-        """As many other directions."""
-        return tuple(Either(ways=ways) for ways in combinations(DIRECTIONS, len(self.ways)) if ways != self.ways)
 
 
 @claim
@@ -289,14 +279,11 @@ class Avoid(ActionClaim[Truth, Gridworld]):
 
     kind = FN
     action: Direction
+    counterparts = Claim.varied("action", DIRECTIONS)
 
     def holds(self, moment: Moment[Truth], lab: Gridworld) -> bool:
         """Make the move and measure by breadth-first search."""
         return not moment.after.found and _gain(lab, moment.after, self.action) <= 0
-
-    def counterparts(self, moment: Moment[Truth], lab: Gridworld) -> Sequence[Claim]:
-        """Warn of another direction."""
-        return tuple(Avoid(action=direction) for direction in DIRECTIONS if direction != self.action)
 
 
 @claim
@@ -305,6 +292,7 @@ class NotTowards(Claim[Truth, Gridworld]):
 
     kind = FN
     side: Direction
+    counterparts = Claim.varied("side", DIRECTIONS)
 
     def holds(self, moment: Moment[Truth], lab: Gridworld) -> bool:
         """Walk through the house, and count how far each room is to that side."""
@@ -320,10 +308,6 @@ class NotTowards(Claim[Truth, Gridworld]):
                     return not truth.found and seen[there.room] <= 0
         return False
 
-    def counterparts(self, moment: Moment[Truth], lab: Gridworld) -> Sequence[Claim]:
-        """Name another side."""
-        return tuple(NotTowards(side=side) for side in DIRECTIONS if side != self.side)
-
 
 @claim
 class Within(Claim[Truth, Gridworld]):
@@ -331,14 +315,11 @@ class Within(Claim[Truth, Gridworld]):
 
     kind = FP
     moves: Annotated[int, Range(1, 999)]
+    counterparts = Claim.varied("moves", lambda claim, _, __: range(2, claim.moves))
 
     def holds(self, moment: Moment[Truth], lab: Gridworld) -> bool:
         """Measure by breadth-first search."""
         return not moment.after.found and _distance(moment.after) <= self.moves
-
-    def counterparts(self, moment: Moment[Truth], lab: Gridworld) -> Sequence[Claim]:
-        """Fewer moves."""
-        return tuple(Within(moves=moves) for moves in range(2, self.moves))
 
 
 @claim
@@ -348,12 +329,8 @@ class _Kept(Claim[Truth, Gridworld]):
     scope = Scope.WORLD
     room: str
     """Kind of room, such as `kitchen`."""
-    one = slot(lambda room: f"{'an' if room[0].lower() in 'aeiou' else 'a'} {room}", "room")
-
-    def counterparts(self, moment: Moment[Truth], lab: Gridworld) -> Sequence[Claim]:
-        """Name another kind of room that the house has."""
-        kinds = sorted(set(map(kind_of, moment.after.layout.names)) - {self.room})
-        return tuple(type(self)(room=room) for room in kinds)
+    one = slot(article, "room")
+    counterparts = Claim.varied("room", lambda _, moment, __: sorted(set(map(kind_of, moment.after.layout.names))))
 
 
 @claim
@@ -390,6 +367,7 @@ class NextTo(Claim[Truth, Gridworld]):
     kind = FP
     scope = Scope.WORLD
     room: str
+    counterparts = Claim.varied("room", lambda _, moment, __: moment.after.layout.names)
 
     def holds(self, moment: Moment[Truth], lab: Gridworld) -> bool:
         """Go through the doors of the room."""
@@ -399,10 +377,6 @@ class NextTo(Claim[Truth, Gridworld]):
         here = Truth(layout.names.index(self.room), False, layout)
         return any(walk(lab, here, direction).found for direction in DIRECTIONS)
 
-    def counterparts(self, moment: Moment[Truth], lab: Gridworld) -> Sequence[Claim]:
-        """Name another room."""
-        return tuple(NextTo(room=room) for room in moment.after.layout.names if room != self.room)
-
 
 @claim
 class _Treasures(TownRule[Truth, Gridworld]):
@@ -410,12 +384,20 @@ class _Treasures(TownRule[Truth, Gridworld]):
 
     rooms: tuple[str, ...]
     """Types of rooms, such as `kitchen`."""
+    listing = slot(lambda rooms: listed(map(article, rooms)), "rooms")
 
-    @property
-    def listing(self) -> str:
-        """The types in words, such as `a kitchen or an attic`."""
-        *rest, last = [f"{'an' if room[0].lower() in 'aeiou' else 'a'} {room}" for room in self.rooms]
-        return f"{', '.join(rest)} or {last}" if rest else last
+    def fits(self, truth: Truth) -> bool:
+        """Look up the room of the treasure."""
+        return self._allows(kind_of(truth.layout.names[truth.layout.treasure]))
+
+    def means(self, moment: Moment[Truth], oracle: Any) -> bool:
+        """Look up the type of room of the law."""
+        law = moment.after.layout.law
+        return law != "" and self._allows(law)
+
+    def _allows(self, room: str) -> bool:
+        """Whether treasures may lie in rooms of this type."""
+        return (room in self.rooms) == (self.kind is FP)
 
     def counterparts(self, moment: Moment[Truth], lab: Gridworld) -> Sequence[Claim]:
         """As many other types of rooms."""
@@ -430,14 +412,6 @@ class TreasuresIn(_Treasures):
 
     kind = FP
 
-    def fits(self, truth: Truth) -> bool:
-        """Look up the room of the treasure."""
-        return kind_of(truth.layout.names[truth.layout.treasure]) in self.rooms
-
-    def means(self, moment: Moment[Truth], oracle: Any) -> bool:
-        """Look up the type of room of the law."""
-        return moment.after.layout.law in self.rooms
-
     def excludes(self, other: Claim) -> bool:
         """Only other types, or that it is in none of these."""
         if not isinstance(other, _Treasures):
@@ -451,15 +425,6 @@ class NoTreasuresIn(_Treasures):
     """True if in no house of the town the treasure lies in a room of one of these types."""
 
     kind = FN
-
-    def fits(self, truth: Truth) -> bool:
-        """Look up the room of the treasure."""
-        return kind_of(truth.layout.names[truth.layout.treasure]) not in self.rooms
-
-    def means(self, moment: Moment[Truth], oracle: Any) -> bool:
-        """Look up the type of room of the law."""
-        law = moment.after.layout.law
-        return law != "" and law not in self.rooms
 
 
 def _where(truth: Truth, lab: Gridworld) -> str:

@@ -524,14 +524,11 @@ class Grips(Claim[Truth, MetaWorld]):
     scope = Scope.WORLD
     use: Annotated[str, (*USES,)]
     advice = slot(USES.__getitem__, "use")
+    counterparts = Claim.varied("use", USES)
 
     def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
         """Let the script play the task."""
         return self.use == _gripping(lab)
-
-    def counterparts(self, moment: Moment[Truth], lab: MetaWorld) -> Sequence[Claim]:
-        """The other use."""
-        return tuple(Grips(use=use) for use in USES if use != self.use)
 
 
 @claim

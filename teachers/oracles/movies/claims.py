@@ -8,20 +8,16 @@ from typing import Annotated, Any
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, Scope, claim, slot
 from teachers.oracles.movies import checks
 from teachers.rules import TownRule
+from teachers.words import listed
 from worlds.movies import (
     AGE,
     AGE_NAMES,
     ATTRIBUTES,
-    GENRE,
-    PERIOD_NAMES,
-    TYPE,
-    TYPE_NAMES,
-    YEAR,
     Movies,
     Truth,
     answer_of,
 )
-from worlds.movies.catalogue import AGES, GENRES
+from worlds.movies.catalogue import AGES
 
 Attribute = Annotated[str, (*checks.NAMES,)]
 """What a title has and a user can have a wish for."""
@@ -358,11 +354,7 @@ class Seek(_Wished):
     kind = FP
     scope = Scope.WORLD
     commonplace = "the wishes stay the same from episode to episode, so that it stays true"
-
-    def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
-        """Another wish."""
-        names = checks.NAMES[self.attribute]
-        return tuple(Seek(attribute=self.attribute, wish=name) for name in names if name != self.wish)
+    counterparts = Claim.varied("wish", lambda claim, _, __: checks.NAMES[claim.attribute])
 
 
 @claim
@@ -452,14 +444,11 @@ class About(_Unsaid):
     """True if the wish that the request leaves out is about `attribute`."""
 
     kind = FP
+    counterparts = Claim.varied("attribute", checks.NAMES)
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
         """Read the request, and look for the wish that it lacks."""
         return self.attribute == checks.left_out(lab, moment.after)
-
-    def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
-        """Another attribute."""
-        return tuple(About(attribute=each) for each in checks.NAMES if each != self.attribute)
 
     def excludes(self, other: Claim) -> bool:
         """That it is about something else."""
@@ -472,11 +461,7 @@ class WithinWishes(_Unsaid):
 
     kind = FP
     wishes: tuple[str, ...]
-
-    @property
-    def listing(self) -> str:
-        """The wishes in words."""
-        return f"{', '.join(self.wishes[:-1])} and {self.wishes[-1]}"
+    listing = slot(lambda wishes: listed(wishes, "and"), "wishes")
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
         """Read the request, and look for the wish that it lacks."""
@@ -511,50 +496,42 @@ _COUNTERPARTS = 3
 
 
 @claim
-class AlwaysWants(TownRule[Truth, Movies]):
+class _LeftOut(TownRule[Truth, Movies]):
+    """Base of rules about the wish that requests leave out."""
+
+    attribute: Attribute
+
+    def means(self, moment: Moment[Truth], oracle: Any) -> bool:
+        """Read the wish that is left out, which is that of the law."""
+        return moment.after.law is not None and bool(self.fits(moment.after))
+
+
+@claim
+class AlwaysWants(_LeftOut):
     """True if each request of the town's user leaves out the wish that `attribute` is `wish`."""
 
     kind = FP
-    attribute: Attribute
     wish: str
+    counterparts = Claim.varied("wish", lambda claim, _, __: checks.NAMES[claim.attribute])
 
     def fits(self, truth: Truth) -> bool:
         """Read the wish that the request leaves out."""
         return truth.unsaid == self.attribute and truth.profile.words(self.attribute) == self.wish
 
-    def means(self, moment: Moment[Truth], oracle: Any) -> bool:
-        """Read the wish of the law."""
-        _, unsaid, _, _, law = moment.after
-        return law is not None and unsaid == law.attribute and self.fits(moment.after)
-
-    def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
-        """Another single wish for the same attribute."""
-        words = {TYPE: TYPE_NAMES, YEAR: PERIOD_NAMES, GENRE: GENRES, AGE: AGE_NAMES}[self.attribute]
-        return tuple(AlwaysWants(attribute=self.attribute, wish=each) for each in words if each != self.wish)
-
     def excludes(self, other: Claim) -> bool:
         """Another wish, or that none about this attribute is left out."""
-        return isinstance(other, AlwaysWants | AlwaysSays) and (
+        return isinstance(other, _LeftOut) and (
             other != self if isinstance(other, AlwaysWants) else other.attribute == self.attribute
         )
 
 
 @claim
-class AlwaysSays(TownRule[Truth, Movies]):
+class AlwaysSays(_LeftOut):
     """True if no request of the town's user leaves out a wish about `attribute`."""
 
     kind = FN
-    attribute: Attribute
+    counterparts = Claim.varied("attribute", ATTRIBUTES)
 
     def fits(self, truth: Truth) -> bool:
         """Look up what the request leaves out."""
         return truth.unsaid != self.attribute
-
-    def means(self, moment: Moment[Truth], oracle: Any) -> bool:
-        """Look up what the wish of the law is about."""
-        law = moment.after.law
-        return law is not None and law.attribute != self.attribute
-
-    def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
-        """Another attribute."""
-        return tuple(AlwaysSays(attribute=each) for each in ATTRIBUTES if each != self.attribute)

@@ -581,15 +581,12 @@ class Along(Claim[Truth, Optimization]):
     kind = FP
     name: Annotated[str, NAMES]
     way: Annotated[str, (*WAYS,)]
+    counterparts = Claim.varied("way", WAYS)
 
     def holds(self, moment: Moment[Truth], lab: Optimization) -> bool:
         """Search by proposals."""
         i, sign = NAMES.index(self.name), WAYS[self.way]
         return any(sign * (point[i] - moment.after.x[i]) > 0 for point in minima(lab, moment.after))
-
-    def counterparts(self, moment: Moment[Truth], lab: Optimization) -> Sequence[Claim]:
-        """The other way."""
-        return tuple(Along(name=self.name, way=way) for way in WAYS if way != self.way)
 
 
 @claim
@@ -598,15 +595,12 @@ class Near(Claim[Truth, Optimization]):
 
     kind = FP
     radius: float
+    counterparts = Claim.varied("radius", lambda claim, _, __: (claim.radius / 5, claim.radius / 10))
 
     def holds(self, moment: Moment[Truth], lab: Optimization) -> bool:
         """Search by proposals."""
         slack = _SLACK * dist(lab.lows, lab.highs)
         return any(dist(moment.after.x, point) <= self.radius + slack for point in minima(lab, moment.after))
-
-    def counterparts(self, moment: Moment[Truth], lab: Optimization) -> Sequence[Claim]:
-        """A smaller radius."""
-        return tuple(Near(radius=self.radius / share) for share in (5, 10))
 
 
 def _improves(moment: Moment[Truth], oracle: Any, fits: Callable[[Point], bool]) -> bool:

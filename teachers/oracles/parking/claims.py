@@ -343,14 +343,11 @@ class Push(Claim[Truth, Parking]):
     kind = FP
     pedal: Annotated[str, PEDALS]
     way: Way
+    counterparts = Claim.varied("pedal", PEDALS)
 
     def holds(self, moment: Moment[Truth], lab: Parking) -> bool:
         """Drive them."""
         return self.pedal == pedal_words(self.way[0]) and parks(lab, moment.after, self.way)
-
-    def counterparts(self, moment: Moment[Truth], lab: Parking) -> Sequence[Claim]:
-        """Another pedal."""
-        return tuple(Push(pedal=pedal, way=self.way) for pedal in PEDALS if pedal != self.pedal)
 
 
 @claim
@@ -358,14 +355,11 @@ class Steer(Push):
     """True if the actions of `way` park the car and the first of them uses pedal and wheel so."""
 
     wheel: Annotated[str, WHEELS]
+    counterparts = Claim.varied("wheel", WHEELS)
 
     def holds(self, moment: Moment[Truth], lab: Parking) -> bool:
         """Drive them."""
         return self.wheel == wheel_words(self.way[0]) and Push.holds(self, moment, lab)
-
-    def counterparts(self, moment: Moment[Truth], lab: Parking) -> Sequence[Claim]:
-        """Another wheel."""
-        return tuple(Steer(pedal=self.pedal, wheel=wheel, way=self.way) for wheel in WHEELS if wheel != self.wheel)
 
 
 @claim
@@ -435,15 +429,12 @@ class TurnBy(Claim[Truth, Parking]):
     kind = FP
     side: Annotated[str, (*SIDES,)]
     degrees: Annotated[int, Range(0, 360)]
+    counterparts = Claim.varied("side", SIDES)
 
     def holds(self, moment: Moment[Truth], lab: Parking) -> bool:
         """Read both headings off the observation."""
         turn = turn_to_spot(lab, moment.after)
         return abs(math.remainder(turn - SIDES[self.side] * self.degrees, 360)) <= _CLOSE
-
-    def counterparts(self, moment: Moment[Truth], lab: Parking) -> Sequence[Claim]:
-        """The other side."""
-        return tuple(TurnBy(side=side, degrees=self.degrees) for side in SIDES if side != self.side)
 
     def excludes(self, other: Claim) -> bool:
         """Another turn."""
