@@ -1,5 +1,6 @@
 """Claims that belong to no family; their phrases are in `phrases/common.toml`."""
 
+import math
 from abc import abstractmethod
 from collections.abc import Callable, Sequence, Set
 from typing import Annotated, Any
@@ -28,6 +29,8 @@ from teachers.atoms import (
 )
 from worlds.world import World
 
+HORIZON = 100
+"""Most actions of a roll-out."""
 SIGNS = ("positive", "negative", "zero")
 """The signs of a reward."""
 
@@ -254,7 +257,9 @@ class NoDifference(Grounded[Any], ActionClaim[Any]):
 class Better(Grounded[Any]):
     """True if `this` is worth more as the next action than `that`; its ground is a verdict on `this`, once it is tried.
 
-    It says of neither whether it is good.
+    Where actions have no values, it is true if after `this` the task is solved in fewer actions than after `that`, each
+    followed by the plan; then its ground has both ways, which are rolled out with the same draws. It says of neither
+    action whether it is good.
     """
 
     kind = FP
@@ -273,9 +278,13 @@ class Better(Grounded[Any]):
         return _written(self.that)
 
     def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
-        """Try the action, and ask the verdict what both are worth."""
+        """Try the action, and ask the verdict what both are worth; or go both ways."""
         if moment.over:
             return False
+        if isinstance(self._ground, tuple):
+            begun = all(way[:1] in ((), (own,)) for own, way in zip((self.this, self.that), self._ground, strict=True))
+            this, that = (_steps(way, moment.after, lab) for way in self._ground)
+            return begun and this < that
         lab.restore(moment.after)
         _, reward, _, _, info = lab.advance(lab.legal(self.this))
         tried = Moment(moment.after, self.this, reward, lab.truth, info["success"], moment.turn + 1, False)
@@ -283,9 +292,13 @@ class Better(Grounded[Any]):
         return None not in worths and worths[0] - worths[1] > _EQUAL
 
     def means(self, moment: Moment[Any], oracle: Any) -> bool:
-        """Compare the values."""
-        values = None if moment.over else oracle.values(moment.after)
-        return values is not None and values[self.this] - values[self.that] > _EQUAL
+        """Compare the values, or the numbers of actions until the task is solved."""
+        if moment.over:
+            return False
+        if (values := oracle.values(moment.after)) is not None:
+            return bool(values[self.this] - values[self.that] > _EQUAL)
+        this, that = (len(oracle.way(moment.after, each, HORIZON)) or math.inf for each in (self.this, self.that))
+        return this < that
 
     def excludes(self, other: Claim[Any]) -> bool:
         """The reverse, and advice to take the worse action."""
@@ -295,7 +308,8 @@ class Better(Grounded[Any]):
 
     def counterparts(self, moment: Moment[Any], lab: World[Any]) -> Sequence[Claim[Any]]:
         """The reverse."""
-        return (Better.on(self._ground, this=self.that, that=self.this),)
+        ground = self._ground[::-1] if isinstance(self._ground, tuple) else self._ground
+        return (Better.on(ground, this=self.that, that=self.this),)
 
 
 @claim
@@ -621,6 +635,13 @@ def sign_of(reward: float) -> str:
 def _written(action: Any) -> str:
     """An action as a student writes it."""
     return f'"{action}"' if isinstance(action, str) else f"{action}"
+
+
+def _steps(way: Sequence[Any], truth: Any, lab: World[Any]) -> float:
+    """Number of actions until the task is solved, with the same draws each time; infinite if it is not."""
+    lab.restore(truth)
+    lab.np_random = np.random.default_rng(0)
+    return next((n for n, each in enumerate(way, 1) if lab.advance(lab.legal(each))[4]["success"]), math.inf)
 
 
 def _lost(verdict: Claim[Any], moment: Moment[Any], lab: World[Any]) -> float | None:

@@ -46,7 +46,8 @@ class Bits(NamedTuple):
     """Number of those in which it is true."""
     saved: float | None = None
     """Regret that it saves in the next action: in the worlds in which it is true, the mean regret of what seemed best
-    before less that of what seems best now. None without worlds, and where the family's actions have no values.
+    before (of equal actions their mean) less that of what seems best now. None without worlds, and where the family's
+    actions have no values.
     """
     why: str = ""
     p: float = 1.0
@@ -350,10 +351,10 @@ class Information:
         if best is None or not after:
             return None
         now = self._mean_regrets(after, weights)
-        return float(now[best] - now.min())
+        return float(now[best].mean() - now.min())
 
-    def _saved_by_others(self, best: int | None) -> float | None:
-        """See `Bits.saved`, where other worlds were drawn than those in which `best` was the best action.
+    def _saved_by_others(self, best: npt.NDArray[np.int64] | None) -> float | None:
+        """See `Bits.saved`, where other worlds were drawn than those in which `best` were the best actions.
 
         One half of them chooses, the other half judges: an action judged by the worlds that chose it seems too good.
         """
@@ -363,14 +364,19 @@ class Information:
         saved = 0.0
         for chose, judges in (halves, halves[::-1]):
             lost = self._mean_regrets(judges)
-            saved += float(lost[best] - lost[self._best(chose)]) / 2
+            saved += float(lost[best].mean() - lost[self._best(chose)].mean()) / 2
         return saved
 
-    def _best(self, worlds: Sequence[DrawnWorld]) -> int | None:
-        """The action that loses least in the mean; None without values."""
+    def _best(self, worlds: Sequence[DrawnWorld]) -> npt.NDArray[np.int64] | None:
+        """The actions that lose least in the mean, to within twice its standard error; None without values.
+
+        Of equal ones the worlds that happen to be drawn would choose one, but the student has drawn others.
+        """
         if not (self._values and worlds) or self._moments[-1].over:
             return None
-        return int(self._mean_regrets(worlds).argmin())
+        lost = np.array([self._regrets_in(world) for world in worlds])
+        more = lost - lost[:, [lost.mean(axis=0).argmin()]]
+        return np.flatnonzero(more.mean(axis=0) <= 2 * more.std(axis=0) / math.sqrt(len(worlds)))
 
     def _mean_regrets(
         self, worlds: Sequence[DrawnWorld], weights: Sequence[float] | None = None

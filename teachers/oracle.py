@@ -167,6 +167,18 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
             return ()
         return (values.index(max(values)),)
 
+    def way(self, truth: TruthT, action: Any, horizon: int) -> tuple[Any, ...]:
+        """The action and then those of `plan`, until the task is solved; none if that takes more than `horizon`."""
+        moment, way = Moment.opening(truth), [action]
+        for _ in range(horizon):
+            moment = self.try_out(moment, way[-1])
+            if moment.success:
+                return tuple(way)
+            if not (plan := self.plan(moment.after, 1)):
+                break
+            way.append(plan[0])
+        return ()
+
     def regret(self, moment: Moment[TruthT]) -> float:
         """Value lost by the executed action compared with the best one; if none was executed, see `idle`.
 

@@ -30,17 +30,23 @@ class Bin(NamedTuple):
 class Reliability:
     """How often hedged claims hold, by the probability with which they were said."""
 
-    counts: Counter[tuple[float, bool]] = field(default_factory=Counter)
-    """Number of sentences by their probability and by whether what they hedge holds."""
-    scores: list[float] = field(default_factory=list)
-    """By episode the sum of (held - p) (1 - 2 p), whose mean is 0 if the probabilities are right."""
+    episodes: list[Counter[tuple[float, bool]]] = field(default_factory=list)
+    """By episode the number of sentences by their probability and by whether what they hedge holds."""
 
     def add(self, hedges: Iterable[tuple[float, bool]]) -> None:
         """Add the hedged claims of an episode, each with its probability and whether it holds."""
-        hedges = list(hedges)
-        if hedges:
-            self.counts.update(hedges)
-            self.scores.append(sum((held - p) * (1 - 2 * p) for p, held in hedges))
+        if counts := Counter(hedges):
+            self.episodes.append(counts)
+
+    @property
+    def counts(self) -> Counter[tuple[float, bool]]:
+        """Number of all sentences likewise."""
+        return sum(self.episodes, Counter())
+
+    @property
+    def scores(self) -> list[float]:
+        """By episode the sum of (held - p) (1 - 2 p), whose mean is 0 if the probabilities are right."""
+        return [sum(n * (held - p) * (1 - 2 * p) for (p, held), n in each.items()) for each in self.episodes]
 
     @property
     def sentences(self) -> int:
@@ -52,7 +58,7 @@ class Reliability:
         """The reliability table, without empty bins."""
         tens: dict[int, Counter[tuple[float, bool]]] = {}
         for (p, held), number in sorted(self.counts.items()):
-            tens.setdefault(round(100 * p) // 10, Counter())[p, held] += number
+            tens.setdefault(_ten(p), Counter())[p, held] += number
         return tuple(
             Bin(
                 ten / 10,
@@ -62,6 +68,25 @@ class Reliability:
             )
             for ten, counts in tens.items()
         )
+
+    def interval(self, group: Bin) -> tuple[float, float]:
+        """The 95 % interval of the share of a bin's claims that hold, as a survey's whose clusters are episodes.
+
+        It is that of Clopper and Pearson for as many independent sentences as would vary as much (Korn and Graubard
+        1998); where all of them hold or none does, for one sentence an episode.
+        """
+        from scipy.stats import beta, t
+
+        found = [
+            Counter({key: n for key, n in each.items() if _ten(key[0]) == _ten(group.low)}) for each in self.episodes
+        ]
+        sizes = [(each.total(), sum(n for (_, held), n in each.items() if held)) for each in found if each]
+        n, m, share = group.sentences, len(sizes), group.held
+        spread = math.fsum((held - share * size) ** 2 for size, held in sizes) * m / max(m - 1, 1) / n**2
+        if m > 1 and spread > 1e-12:
+            m = min(n, share * (1 - share) / spread * (t.isf(0.025, n - 1) / t.isf(0.025, m - 1)) ** 2)
+        ends = beta.ppf([0.025, 0.975], [share * m, share * m + 1], [(1 - share) * m + 1, (1 - share) * m])
+        return (float(ends[0]) if share else 0.0), (float(ends[1]) if share < 1 else 1.0)
 
     @property
     def brier(self) -> float | None:
@@ -96,17 +121,22 @@ class Reliability:
         if not self.sentences:
             return ""
         if self.p_value >= LEVEL:
-            return "calibrated" if len(self.scores) >= FEW else "too few to tell"
+            return "calibrated" if len(self.episodes) >= FEW else "too few to tell"
         return "overconfident" if sum(self.scores) > 0 else "timid"
 
     def as_dict(self) -> dict[str, Any]:
         """All of it as JSON values."""
         return {
             "sentences": self.sentences,
-            "episodes": len(self.scores),
+            "episodes": len(self.episodes),
             "brier": self.brier,
             "error": self.error,
             "p_value": self.p_value,
             "verdict": self.verdict,
             "bins": [each._asdict() for each in self.bins],
         }
+
+
+def _ten(p: float) -> int:
+    """The ten of per cent in which a probability lies."""
+    return round(100 * p) // 10

@@ -7,6 +7,7 @@ import numpy as np
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Atom, Claim, FeedbackType, HedgedClaim, Moment, R
 from teachers.common import (
+    HORIZON,
     Better,
     BetterTurn,
     Chance,
@@ -120,16 +121,7 @@ class View:
 
     def steps_to_success(self, truth: Any, action: Any, horizon: int) -> int | None:
         """Number of actions, at most `horizon`, until this one and an optimal policy solve the task; None if more."""
-        moment = Moment.opening(truth)
-        for steps in range(1, horizon + 1):
-            moment = self._oracle.try_out(moment, action)
-            if moment.success:
-                return steps
-            plan = self._oracle.plan(moment.after, 1)
-            if not plan:
-                return None
-            action = plan[0]
-        return None
+        return len(self._oracle.way(truth, action, horizon)) or None
 
     def hindsight(self) -> tuple[Claim[Any], ...]:
         """All true hp and hn claims about the last action, wanted or not."""
@@ -276,8 +268,14 @@ class View:
         return Example.on(tuple(ground), actions=tuple(actions)) if actions else None
 
     def better(self, this: Any, that: Any) -> Better | None:
-        """The claim that one action is better now than another; None if no hindsight tells what they are worth."""
+        """The claim that one action is better now than another.
+
+        None if no hindsight tells what they are worth, or, without values, if no way from either solves the task.
+        """
         this, that = map(self._oracle.lab.legal, (this, that))
+        if self.values() is None:
+            ways = tuple(self._oracle.way(self.moment.after, action, HORIZON) for action in (this, that))
+            return Better.on(ways, this=this, that=that) if any(ways) else None
         tried = self._oracle.try_out(self.moment, this)._replace(over=True)
         found = self._oracle.judge(tried, HINDSIGHT)
         return Better.on(found[0], this=this, that=that) if found and self._tells(found[0], tried) else None

@@ -93,22 +93,26 @@ def test_the_true_world_keeps_its_weight_with_an_honest_teacher(id):
             moments.append(moment)
 
 
+@pytest.mark.parametrize("town", [None, 3])
 @pytest.mark.parametrize("id", [HOUSE, ARMS])
-def test_it_acts_alike_in_worlds_that_it_cannot_distinguish(id):
-    """The truth is another draw of the posterior; it sees and hears the same, false or true."""
-    differs = 0
+def test_it_acts_alike_in_worlds_that_it_cannot_distinguish(id, town):
+    """The truths of two lessons are other draws of the posterior, of other towns; it sees and hears the same."""
+    env = StudentEnv(
+        id, max_turns=6, feedback_type="m", teacher="oracle" if town is None else "ruler", town=town, **MAP[id]
+    )
+    spec = f"reasoner(worlds=16, trust=0.9, forget={town is None})"
+    student = parse_student(spec).seat(env.family, env.session.world)
+    posterior = env.family.make_posterior(env.session.world)
+    differs, lessons = 0, []
     for seed in range(4):
-        env = StudentEnv(id, max_turns=6, feedback_type="m", **MAP[id])  # some rewards are said
-        policy = parse_student("reasoner(worlds=16)").seat(env.family, env.session.world)
         shown = [
-            (turn.moment, turn.atoms, env.student_view.observe(), env.student_view.info_for(policy))
-            for turn in play_turns(env, policy, seed)
+            (turn.moment, turn.atoms, env.student_view.observe(), env.student_view.info_for(student))
+            for turn in play_turns(env, student, seed)
         ]
-        turns = [
+        turns = [  # some rewards are said
             WorldTurn(m.action if m.turn else None, m.reward, m.after, m.success, any(a.kind == "r" for a in atoms))
             for m, atoms, *_ in shown
         ]
-        posterior = env.family.make_posterior(env.session.world)
         (other,) = posterior.take(turns, np.random.default_rng(seed), 1)
         differs += other[0].truth != turns[0].truth
         swapped = [
@@ -120,17 +124,22 @@ def test_it_acts_alike_in_worlds_that_it_cannot_distinguish(id):
             )
             for m, *_ in shown
         ]
-        acted = []
-        for moments in ([m for m, *_ in shown], swapped):
-            twin = parse_student("reasoner(worlds=16, trust=0.9)").seat(env.family, env.session.world)
+        lessons.append((shown, swapped))
+    there = StudentEnv(id, town=town and town + 1, **MAP[id]).session.world
+    assert (there.law != env.session.world.law) == (town is not None)
+    twins = [parse_student(spec).seat(env.family, world) for world in (env.session.world, there)]
+    acted = [[], []]
+    for seed, (shown, swapped) in enumerate(lessons):
+        for twin, did, moments in zip(twins, acted, ([m for m, *_ in shown], swapped), strict=True):
             twin.reset(np.random.default_rng(seed))
-            acted.append([])
             for moment, (_, _, observation, info) in zip(moments, shown, strict=True):
                 if not moment.over:
-                    acted[-1].append(twin.act(observation, info | {"sealed": moment}))
-                    acted[-1].append(twin.belief.regrets().tobytes())
-        assert acted[0] == acted[1]
+                    did.append(twin.act(observation, info | {"sealed": moment}))
+                    did.append(twin.belief.regrets().tobytes())
+            twin.finish(observation, info, True)
+    assert acted[0] == acted[1]
     assert differs
+    assert bool(twins[0].belief.rules) == (town is not None)
 
 
 def test_what_is_in_no_world_is_looked_for_and_then_ignored_and_counted():

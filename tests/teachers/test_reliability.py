@@ -1,5 +1,7 @@
 """Reliability finds hedges that are overconfident or timid, and hardly ever finds fault with calibrated ones."""
 
+from collections import Counter
+
 import numpy as np
 import pytest
 from scipy.stats import binom
@@ -67,3 +69,31 @@ def test_bending_multiplies_log_odds_and_leaves_a_hedge():
     flat, late = Reward(reward=1.0), Late(claim=Solved(), turn=1)
     assert (bend(flat, 2), bend(late, 2)) == (flat, late)
     assert bend(hedge(late, 0.8), 2) == hedge(late, 0.94)
+
+
+def test_intervals_take_an_episode_for_one_cluster():
+    """Where all claims of an episode hold or none does, an interval of as many independent ones would be too short."""
+    rng = np.random.default_rng()
+    covered, alone = 0, 0
+    for _ in range(200):
+        found = Reliability()
+        for lot in rng.random(40):
+            found.add([(0.8, bool(lot < 0.8))] * rng.integers(1, 20))
+        (group,) = found.bins
+        low, high = found.interval(group)
+        assert low < group.held < high
+        covered += low <= 0.8 <= high
+        single = Reliability([Counter({key: 1}) for key in found.counts.elements()])
+        low, high = single.interval(*single.bins)
+        alone += low <= 0.8 <= high
+    assert covered >= binom.ppf(1e-6, 200, 0.93), covered
+    assert alone < covered
+
+
+def test_ends_of_intervals_where_all_claims_hold_or_none_or_there_is_one_episode():
+    found = Reliability()
+    found.add([(0.8, True), (0.9, False), (0.9, False), (0.6, True), (0.6, False)])
+    one, two, three = map(found.interval, found.bins)
+    assert one[0] < 0.5 < one[1]
+    assert two == (pytest.approx(0.025), 1.0)
+    assert three == (0.0, pytest.approx(0.975))
