@@ -10,6 +10,9 @@ from pz_envs.settings import Settings, SettingsKeywords, takes_settings
 from pz_envs.subject import Subject
 from teachers.atoms import SILENCE, Moment
 
+NOT_SEATED = ("speech", "teacher_numbers")
+"""The settings of the teacher's seat, which has a policy."""
+
 
 class StudentEnv(SeatEnv):
     """The student's seat.
@@ -33,11 +36,11 @@ class StudentEnv(SeatEnv):
         ValueError: an argument is not allowed.
     """
 
-    @takes_settings(without=("speech",))
+    @takes_settings(without=NOT_SEATED)
     def __init__(
         self, env_id: str | Subject, *, settings: Settings | None = None, **keywords: Unpack[SettingsKeywords]
     ) -> None:
-        super().__init__(env_id, settings, keywords, refused=("speech",), policies=True)
+        super().__init__(env_id, settings, keywords, refused=NOT_SEATED, policies=True)
         self.teacher = self.session.teacher if self._policy is None else self._policy
         """The session's teacher, or the user's policy."""
         self._speak = self.session.speak if self._policy is None else self._speak_by_policy
