@@ -1,7 +1,7 @@
 """The state of a whole environment as one array of numbers, as centralised critics need it; it is privileged."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -61,9 +61,7 @@ class GlobalState:
             self._numbers.append(numbers)
             start = len(self._low)
             for name, place, meaning in numbers.fields:
-                self._fields.append(
-                    Field(f"{student}.{name}", slice(place.start + start, place.stop + start), meaning)
-                )
+                self._fields.append(Field(f"{student}.{name}", slice(place.start + start, place.stop + start), meaning))
             self._low += numbers.least.tolist()
             self._high += numbers.greatest.tolist()
             oracle = session.teacher.oracle

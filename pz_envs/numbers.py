@@ -42,12 +42,12 @@ ENTRIES = {
     "features": "turn / max_turns, the last reward, importance of the next action, share of the budget that is left, "
     "whether the episode is over",
     "asked": "1 if the student asks",
-    "claims": "of each claim that can be said its kind, one of five, and whether it is about an action, a plan, an edit",
+    "claims": "of each claim that can be said its kind, one of five; whether it is about an action, a plan, an edit",
     "heard": "1 for each kind that others have said before in this round",
     "episode": "share of the episodes of the lifetime that are over",
     "lifetime": "the numbers of `llf_teacher.gym.lifetime.FIELDS`",
-    "students": "of each student: turn / max_turns, the last reward, importance of the next action, whether its episode "
-    "is over, whether it is there, whether it was addressed in this round",
+    "students": "of each student: turn / max_turns, the last reward, importance of the next action, whether its "
+    "episode is over, whether it is there, whether it was addressed in this round",
     "purse": "share of the round's attention that is left, share of the budget that is left",
     "asking": "1 for the student that asks",
 }
@@ -291,8 +291,10 @@ class Flat:
         )
         self.space = spaces.Box(low, high, dtype=np.float32)
         """The space of the arrays."""
-        places = (slice(start, end) for start, end in zip([0, *ends], ends, strict=False))
-        self.fields = tuple(Field(name, place, ENTRIES.get(name, "")) for name, place in zip(boxes, places, strict=True))
+        places = map(slice, [0, *ends[:-1]], ends)
+        self.fields = tuple(
+            Field(name, place, ENTRIES.get(name, "")) for name, place in zip(boxes, places, strict=True)
+        )
         """The fields, in their order."""
 
     def of(self, seen: Mapping[str, npt.NDArray[Any]], rows: int | None = None) -> npt.NDArray[np.float32]:

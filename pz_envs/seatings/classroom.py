@@ -10,7 +10,7 @@ from pz_envs.assembly import Parts, assemble
 from pz_envs.frames import tile_frames
 from pz_envs.global_state import Seated, Shared
 from pz_envs.parallel_seats import ParallelSeats
-from pz_envs.scripted import Attention, refuse_messages
+from pz_envs.scripted import Attention, refuse_unread
 from pz_envs.seats import STUDENT, TEACHER, SeatsEnv, known_options
 from pz_envs.settings import Settings, check_flags
 from pz_envs.subject import Seating, Subject
@@ -494,7 +494,7 @@ class Classroom(Seating):
         Raises:
             ValueError: an argument is not allowed, such as `speech="message"`.
         """
-        refuse_messages(settings.speech)
+        refuse_unread(settings.speech, settings.teacher_numbers)
         return ParallelSeats(self.seats(subject, settings, **own), {TEACHER: Attention(rule)})
 
 

@@ -9,7 +9,7 @@ from gymnasium import spaces
 from pz_envs.assembly import Parts, assemble
 from pz_envs.global_state import Seated
 from pz_envs.parallel_seats import ParallelSeats
-from pz_envs.scripted import SayAll, refuse_messages
+from pz_envs.scripted import SayAll, refuse_unread
 from pz_envs.seats import STUDENT, TEACHER, OneSessionEnv
 from pz_envs.settings import Settings
 from pz_envs.subject import Seating, Subject
@@ -203,7 +203,7 @@ class Panel(Seating):
         Raises:
             ValueError: an argument is not allowed, such as `speech="message"`.
         """
-        refuse_messages(settings.speech)
+        refuse_unread(settings.speech, settings.teacher_numbers)
         env = self.seats(subject, settings, **own)
         teachers = [agent for agent in env.possible_agents if agent != STUDENT]
         return ParallelSeats(env, {teacher: SayAll() for teacher in teachers})
