@@ -83,7 +83,7 @@ class LifetimeEnv(SeatsEnv):
         self._final_steps = {}
         self._open()
         self._follow()
-        self._show_mask()
+        self._show_masks()
 
     def step(self, action: Any) -> None:
         """Let the agent whose turn it is act.
@@ -93,7 +93,7 @@ class LifetimeEnv(SeatsEnv):
         """
         self._act(self.agent_selection, action)
         self._follow()
-        self._show_mask()
+        self._show_masks()
 
     @property
     def seated(self) -> Sequence[Seated]:

@@ -17,8 +17,8 @@ from teachers.seeds import Seeds
 class TurnBasedParallelEnv(turn_based_aec_to_parallel_wrapper):
     """PettingZoo's parallel form of a turn-based environment, in which agents take turns.
 
-    In each step one agent acts; `active_agent` in all infos says which. What others give as actions is ignored.
-    `metadata` has `turn_based`, and a name that says so.
+    In each step one agent acts, first a teacher; then `active_agent` in all infos says which is next. What others give
+    as actions is ignored. `metadata` has `turn_based`, and a name that says so.
     """
 
     @property
@@ -31,15 +31,6 @@ class TurnBasedParallelEnv(turn_based_aec_to_parallel_wrapper):
     @metadata.setter
     def metadata(self, given: dict[str, Any]) -> None:
         """PettingZoo's wrapper sets that of the environment."""
-
-    def reset(
-        self, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
-        """Begin an episode; without a seed the random streams go on."""
-        observations, infos = super().reset(seed, options)
-        return observations, {
-            agent: {**info, "active_agent": self.aec_env.agent_selection} for agent, info in infos.items()
-        }
 
     @property
     def env(self) -> SeatsEnv:

@@ -79,8 +79,8 @@ def refuse_unread(speech: str, teacher_numbers: bool) -> None:
     """
     if teacher_numbers:
         raise ValueError(
-            "teacher_numbers=True is not used in this parallel form, whose teachers are scripted; leave it out, or take "
-            "the AEC form"
+            "teacher_numbers=True is not used in this parallel form, whose teachers are scripted; leave it out, or "
+            "take the AEC form"
         )
     if speech in ("message", "claims"):
         raise ValueError(

@@ -22,6 +22,7 @@ from worlds.pictures.canvas import Frame
 from worlds.world import World
 
 TEACHER, STUDENT = "teacher_0", "student_0"
+_NUMERIC = ("trimmed",)
 
 
 def role_of(agent: str) -> str:
@@ -98,7 +99,7 @@ class SeatsEnv(AECEnv):
             self._was_dead_step(action)
             return
         self._act(agent, action)
-        self._show_mask()
+        self._show_masks()
         if self.render_mode == "human":
             self.render()
 
@@ -113,7 +114,7 @@ class SeatsEnv(AECEnv):
         """What an agent sees now, before it is made one array."""
 
     def flatten_teachers(self) -> None:
-        """Let teachers observe one array, with the `action_mask` in their infos; see `teacher_numbers` of `Settings`.
+        """Let teachers observe one array; their infos have `action_mask` and `trimmed` alone, as libraries need it.
 
         Raises:
             ValueError: they observe texts.
@@ -129,11 +130,11 @@ class SeatsEnv(AECEnv):
             return self._flat[agent].fields
         return next((each.view.fields for each in self.seated if each.student == agent), ())
 
-    def _show_mask(self) -> None:
-        """Put the mask of the selected agent into its info, where its observation has none."""
-        agent = self.agent_selection
-        if agent in self._flat and agent in self.infos:
-            self.infos[agent] = {**self.infos[agent], "action_mask": self._observe(agent)["action_mask"]}
+    def _show_masks(self) -> None:
+        """Leave only numbers in the infos of teachers that observe one array: of what they could not say, and masks."""
+        for agent in self._flat.keys() & self.infos.keys():
+            left = {name: value for name, value in self.infos[agent].items() if name in _NUMERIC}
+            self.infos[agent] = {**left, "action_mask": self._observe(agent)["action_mask"]}
 
     # The state of all seats.
 
@@ -246,13 +247,13 @@ class OneSessionEnv(SeatsEnv):
         """Begin an episode; without a seed the random streams go on. `options` are the world's."""
         self.session.open(seed, known_options(options, self.session.world))
         self._enter()
-        self._show_mask()
+        self._show_masks()
 
     def start_next_episode(self, start: Any = None, options: dict[str, Any] | None = None) -> None:
         """Begin another episode of the same lesson; see `SeatsEnv`."""
         self.session.start_next_episode(start, known_options(options, self.session.world))
         self._enter()
-        self._show_mask()
+        self._show_masks()
 
     @property
     def current_truth(self) -> Any:

@@ -118,8 +118,8 @@ class Settings:
     function of the `Moment` and the `Oracle`; see `pz_envs.rewards`.
     """
     teacher_numbers: bool = False
-    """One flat array of numbers for a teacher that chooses, with the mask of its actions in the info; see
-    `pz_envs.numbers.Flat`.
+    """One flat array of numbers for a teacher that chooses; see `pz_envs.numbers.Flat`. The mask of its actions is in
+    the info, which in PettingZoo's environments has no `moment` or claims then, but numbers alone.
     """
     until_success: bool = False
     """Whether success ends the episode; it never does where a task is asked repeatedly."""

@@ -174,7 +174,7 @@ class ClassroomEnv(SeatsEnv):
         self._class = list(range(len(self.sessions)))
         self._trimmed = 0
         self._begin_round()
-        self._show_mask()
+        self._show_masks()
 
     @property
     def seated(self) -> list[Seated]:
