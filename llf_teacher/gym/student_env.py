@@ -66,6 +66,9 @@ class StudentEnv(SeatEnv):
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begin an episode; the teacher gives its instruction."""
         self._restart(seed, options)
+        return self._begin_episode()
+
+    def _begin_episode(self) -> tuple[Any, dict[str, Any]]:
         if self._policy is not None:
             self._policy.reset(self.session.seeds.stream("teacher"))
         self._speak()
@@ -91,6 +94,26 @@ class StudentEnv(SeatEnv):
         if self.render_mode == "human":
             self.render()
         return observation, reward, session.terminated, session.truncated, self._info()
+
+    def start_next_episode(
+        self, start: Any = None, options: dict[str, Any] | None = None
+    ) -> tuple[Any, dict[str, Any]]:
+        """Begin another episode of the same lesson: random streams go on, and what was spent of a budget stays spent.
+
+        Args:
+            start: the truth to begin with, such as `moment.after` of an opening; None: as a reset draws it.
+            options: those of the world's `reset`.
+
+        Returns:
+            Observation and info, as of `reset`.
+
+        Raises:
+            ResetNeeded: before the first `reset`.
+        """
+        if not hasattr(self.session, "moment"):
+            self._check_running()
+        self.session.start_next_episode(start, options)
+        return self._begin_episode()
 
     def resume_from(self, moment: Moment[Any], terminated: bool = False) -> None:
         """Go on from a moment of an episode that was played elsewhere, after the teacher has spoken of it.
