@@ -161,7 +161,7 @@ class LifetimeEnv(SeatsEnv):
             self._bridge()
 
     def _bridge(self) -> None:
-        """Remove from the seats the agents whose episode has ended; begin the next episode when none is left."""
+        """Remove from the seats the agents whose episode has ended; go on when none is left."""
         seats = self.seats
         while seats.agents and (seats.terminations[agent := seats.agent_selection] or seats.truncations[agent]):
             if not _is_teacher(agent):
@@ -174,9 +174,18 @@ class LifetimeEnv(SeatsEnv):
             seats.step(None)
         if not seats.agents:
             self.episode += 1
-            seats.start_next_episode(self._start, self._options)
-            for student, final in self._final_steps.items():
-                seats.infos[student].update(zip(_FINAL, (final.observation, final.info, final.terminated), strict=True))
+            self._go_on()
+
+    def _go_on(self) -> None:
+        """Begin the next episode."""
+        self.seats.start_next_episode(self._start, self._options)
+        self._recall()
+
+    def _recall(self) -> None:
+        """Put the last steps of the last episode into the students' infos."""
+        for student, final in self._final_steps.items():
+            last = final.observation, final.info, final.terminated
+            self.seats.infos[student].update(zip(_FINAL, last, strict=True))
 
     def _follow(self) -> None:
         """Copy from the seats the selected agent and the infos, in the last episode also which agents are left."""
