@@ -24,7 +24,11 @@ GROUPS = {
     "Guides": {
         "docs/study-feedback": ("docs/reading-a-study", "docs/studies-at-scale"),
         "docs/personalities": (),
-        "docs/teaching-as-a-game": ("docs/a-teacher-that-reads-the-moment", "docs/write-your-own-loop", "docs/learners"),
+        "docs/teaching-as-a-game": (
+            "docs/a-teacher-that-reads-the-moment",
+            "docs/write-your-own-loop",
+            "docs/learners",
+        ),
         "docs/bring-your-agent": ("docs/suite", "docs/train-a-model", "docs/integrations"),
         "docs/teach-your-own-environment": (),
         "docs/coming-from-llf-bench": (),

@@ -84,6 +84,8 @@ class CurriculumEnv(LifetimeEnv):
         self.rooms, self.tasks, self.lessons, self.tests = tuple(rooms), tuple(tasks), lessons, tests
         self.task = -1
         """The task of the latest lesson; -1 before the first."""
+        self.starts: list[Any] = []
+        """The truth with which the lessons of each task begin: privileged."""
         self.possible_agents = [CURRICULUM, *rooms[0].possible_agents]
         low, high = (bound * self.max_turns for bound in rooms[0].session.world.reward_range)
         low, high = min(low, 0.0), max(high, 1.0)
@@ -122,11 +124,11 @@ class CurriculumEnv(LifetimeEnv):
     def _begin(self, options: dict[str, Any] | None) -> None:
         self._options, self.episode, self._final_steps = options, 0, {}
         ways: dict[SeatsEnv, list[Any]] = {}
-        self._starts = []
+        self.starts = []
         for room, task in zip(self.rooms, self.tasks, strict=True):
-            if room not in ways:
-                ways[room] = _way(room) if _plans(room) else [room.current_truth]
-            self._starts.append(ways[room][int(task.ahead * len(ways[room]))])
+            if task.ahead and room not in ways:
+                ways[room] = _way(room)
+            self.starts.append(ways[room][int(task.ahead * len(ways[room]))] if task.ahead else room.current_truth)
         self._earned: list[list[float]] = [[] for _ in self.tasks]
         self.task, self._return = -1, 0.0
         self.seats = self.rooms[0]
@@ -181,7 +183,7 @@ class CurriculumEnv(LifetimeEnv):
     def _teach(self, task: int) -> None:
         """Begin a lesson in a task."""
         self.task, self._return, self.seats = task, 0.0, self.rooms[task]
-        self.seats.start_next_episode(self._starts[task], self._options)
+        self.seats.start_next_episode(self.starts[task], self._options)
         self._recall()
         self.infos |= self.seats.infos
         self.agent_selection = self.seats.agent_selection
