@@ -60,6 +60,7 @@ API = {
         "pz_envs.seatings.tutoring",
         "pz_envs.seatings.classroom",
         "pz_envs.seatings.panel",
+        "pz_envs.seatings.curriculum",
         "pz_envs.rewards",
         "pz_envs.parallel_seats",
         "pz_envs.testing",

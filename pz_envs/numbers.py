@@ -45,7 +45,7 @@ ENTRIES = {
     "claims": "of each claim that can be said its kind, one of five; whether it is about an action, a plan, an edit",
     "heard": "1 for each kind that others have said before in this round",
     "episode": "share of the episodes of the lifetime that are over",
-    "lifetime": "the numbers of `llf_teacher.gym.lifetime.FIELDS`",
+    "lifetime": "the student's lifetime so far, nine numbers from 0 to 1",
     "students": "of each student: turn / max_turns, the last reward, importance of the next action, whether its "
     "episode is over, whether it is there, whether it was addressed in this round",
     "purse": "share of the round's attention that is left, share of the budget that is left",

@@ -21,7 +21,7 @@ from teachers.atoms import Moment
 from teachers.session import Purse
 from teachers.spec import is_count
 
-__all__ = ["CURRICULUM", "SEATING", "Curriculum", "CurriculumEnv", "Task"]
+__all__ = ["CURRICULUM", "SEATING", "Curriculum", "CurriculumEnv", "CurriculumTask"]
 
 CURRICULUM = "curriculum_0"
 AHEAD = "ahead"
@@ -35,7 +35,7 @@ _COLUMNS = (
 )
 
 
-class Task(NamedTuple):
+class CurriculumTask(NamedTuple):
     """What the curriculum can choose."""
 
     options: Mapping[str, Any]
@@ -70,7 +70,7 @@ class CurriculumEnv(LifetimeEnv):
         ValueError: a task has other spaces than the first.
     """
 
-    def __init__(self, rooms: Sequence[TutoringEnv], tasks: Sequence[Task], lessons: int, tests: int) -> None:
+    def __init__(self, rooms: Sequence[TutoringEnv], tasks: Sequence[CurriculumTask], lessons: int, tests: int) -> None:
         super().__init__(rooms[0], lessons + tests)
         for number, room in enumerate(rooms):
             for agent in rooms[0].possible_agents:
@@ -327,7 +327,7 @@ def _checked(tasks: Any) -> Sequence[Mapping[str, Any]]:
     return tasks
 
 
-def _task(number: int, task: Mapping[str, Any], subject: Subject) -> Task:
+def _task(number: int, task: Mapping[str, Any], subject: Subject) -> CurriculumTask:
     """A task as it was given."""
     options = {name: value for name, value in task.items() if name != AHEAD}
     if unknown := [name for name in options if name not in subject.options()]:
@@ -336,7 +336,7 @@ def _task(number: int, task: Mapping[str, Any], subject: Subject) -> Task:
     ahead = task.get(AHEAD, 0.0)
     if isinstance(ahead, bool) or not isinstance(ahead, int | float) or not 0 <= ahead < 1:
         raise ValueError(f"ahead of task {number} must be a number from 0 to less than 1, got {ahead!r}")
-    return Task(options, float(ahead))
+    return CurriculumTask(options, float(ahead))
 
 
 SEATING = Curriculum()
