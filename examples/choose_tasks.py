@@ -23,8 +23,7 @@ from pz_envs.seatings.curriculum import CURRICULUM
 TASKS = [{"ahead": share} for share in (0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1, 0.0)]
 STUDENT = "q_learning(forget=False, optimism=0.0, epsilon=0.2)"
 RATE, GREED = 0.3, 0.8
-Choose = Callable[[np.ndarray, dict[str, Any]], int]
-"""What the curriculum sees, and its info, to the next task."""
+Choose = Callable[[np.ndarray, dict[str, Any]], int]  # what the curriculum sees, and its info, to the next task
 
 
 class Edge:
