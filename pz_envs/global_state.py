@@ -110,7 +110,8 @@ class GlobalState:
                 numbers.append(teacher.offer.purse.share)
         numbers += [each.value for each in shared]
         array = np.array(numbers, float)
-        return np.clip(array, self._least, self._greatest).astype(np.float32)
+        state: npt.NDArray[np.float32] = np.clip(array, self._least, self._greatest).astype(np.float32)
+        return state
 
     def _add(self, name: str, meaning: str, size: int = 1, low: float = 0.0, high: float = 1.0) -> None:
         start = len(self._low)

@@ -178,7 +178,8 @@ class Numbers:
             action = _rows_of(self._action_space, claims.action[i], count)
             columns += [np.where(named[:, None], action, 0.0), np.where(named, 1.0 if kind in (HP, FP) else -1.0, 0.0)]
         table = np.concatenate([np.asarray(each, float).reshape(count, -1) for each in columns], axis=1)
-        return np.clip(table, self.least, self.greatest).astype(np.float32)
+        arrays: Rows = np.clip(table, self.least, self.greatest).astype(np.float32)
+        return arrays
 
     def _of_state(self, state: Any, count: int) -> Iterator[Rows]:
         for path, part in _parts(self._state_space):
@@ -307,7 +308,8 @@ class Flat:
 def finite(bounds: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
     """Bounds that a float32 can hold."""
     most = np.finfo(np.float32).max
-    return np.clip(bounds, -most, most).astype(np.float32)
+    held: npt.NDArray[np.float32] = np.clip(bounds, -most, most).astype(np.float32)
+    return held
 
 
 # Writers must be picklable, so they are no closures.
@@ -329,11 +331,13 @@ def _flat(space: spaces.Space[Any], value: Any) -> list[float]:
 def _rows_of(space: spaces.Space[Any], values: Rows, count: int) -> Rows:
     """The numbers of many values of a leaf, of shape (rows, numbers)."""
     if isinstance(space, spaces.Discrete):
-        return np.eye(int(space.n)).take(np.clip(values - int(space.start), 0, int(space.n) - 1), axis=0)
-    if isinstance(space, spaces.MultiDiscrete):
+        rows: Rows = np.eye(int(space.n)).take(np.clip(values - int(space.start), 0, int(space.n) - 1), axis=0)
+    elif isinstance(space, spaces.MultiDiscrete):
         wide = zip(values.reshape(count, -1).T, space.nvec.ravel(), space.start.ravel(), strict=True)
-        return np.concatenate([np.eye(int(n)).take(column - start, axis=0) for column, n, start in wide], axis=1)
-    return values.reshape(count, -1)
+        rows = np.concatenate([np.eye(int(n)).take(column - start, axis=0) for column, n, start in wide], axis=1)
+    else:
+        rows = values.reshape(count, -1)
+    return rows
 
 
 def _one_of(count: int, start: int, value: Any) -> list[float]:

@@ -22,7 +22,7 @@ class TurnBasedParallelEnv(turn_based_aec_to_parallel_wrapper):
     """
 
     @property
-    def metadata(self) -> dict[str, Any]:  # type: ignore[override]  # the environment's label may change
+    def metadata(self) -> dict[str, Any]:  # the environment's label may change
         """That of the environment, with the name of this form."""
         own = self.env.metadata
         name, _, version = own["name"].rpartition("_v")
@@ -83,7 +83,7 @@ class ParallelSeats(ParallelEnv):
         self._rngs: dict[str, np.random.Generator] = {}
 
     @property
-    def metadata(self) -> dict[str, Any]:  # type: ignore[override]  # the environment's label may change
+    def metadata(self) -> dict[str, Any]:  # the environment's label may change
         """That of the environment."""
         return {**self.env.metadata, "is_parallelizable": True}
 

@@ -96,8 +96,10 @@ class CurriculumEnv(LifetimeEnv):
                 fields.append(Field(f"task_{number}.{column}", slice(place, place + 1), meaning))
         self.curriculum_fields = tuple(fields)
         """The fields of the curriculum's observation."""
-        bounds = (0.0, *(0.0, low, low, low - high) * len(tasks)), (1.0, *(1.0, high, high, high - low) * len(tasks))
-        self.observation_spaces[CURRICULUM] = spaces.Box(*(np.array(each, np.float32) for each in bounds))
+        least, greatest = (0.0, low, low, low - high), (1.0, high, high, high - low)
+        self.observation_spaces[CURRICULUM] = spaces.Box(
+            np.array([0.0, *least * len(tasks)], np.float32), np.array([1.0, *greatest * len(tasks)], np.float32)
+        )
         self.action_spaces = {**self.action_spaces, CURRICULUM: spaces.Discrete(len(tasks))}
 
     @property

@@ -261,7 +261,7 @@ class TeacherVectorEnv(RowsEnv):
         self._best = most(self._values)
         importance = np.minimum(self._best + most(-self._values), self.oracle.oracle.max_importance)
         paid = np.clip(moments.reward, self._low, self._high)
-        observed = {
+        observed: dict[str, npt.NDArray[Any]] = {
             "available": SUBSET_BITS.take(self._available(), axis=0),
             "features": columns(moments.turn / self.max_turns, paid, importance, share, moments.over),
             "action_mask": self._mask(),
