@@ -24,7 +24,11 @@ GROUPS = {
     "Guides": {
         "docs/study-feedback": ("docs/reading-a-study", "docs/studies-at-scale"),
         "docs/personalities": (),
-        "docs/teaching-as-a-game": ("docs/a-teacher-that-reads-the-moment", "docs/learners"),
+        "docs/teaching-as-a-game": (
+            "docs/a-teacher-that-reads-the-moment",
+            "docs/write-your-own-loop",
+            "docs/learners",
+        ),
         "docs/bring-your-agent": ("docs/suite", "docs/train-a-model", "docs/integrations"),
         "docs/teach-your-own-environment": (),
         "docs/coming-from-llf-bench": (),
@@ -56,6 +60,7 @@ API = {
         "pz_envs.seatings.tutoring",
         "pz_envs.seatings.classroom",
         "pz_envs.seatings.panel",
+        "pz_envs.seatings.curriculum",
         "pz_envs.rewards",
         "pz_envs.parallel_seats",
         "pz_envs.testing",

@@ -1,10 +1,12 @@
 """A lifetime: several episodes of the same seats as one AEC environment, so that students can learn across episodes."""
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from gymnasium import spaces
 
+from pz_envs.global_state import Seated, Shared
 from pz_envs.seats import TEACHER, SeatsEnv, role_of
 from pz_envs.student_view import info_for
 from teachers.atoms import Moment
@@ -48,8 +50,8 @@ class LifetimeEnv(SeatsEnv):
     """
 
     def __init__(self, seats: SeatsEnv, episodes: int) -> None:
-        super().__init__(seats.metadata["name"].removesuffix("_v0"), seats.speech, seats.render_mode)
-        self.seats, self.episodes = seats, episodes
+        super().__init__(seats.label, seats.speech, seats.render_mode)
+        self.seats, self.episodes, self.metadata = seats, episodes, seats.metadata
         self.max_turns, self.possible_agents = seats.max_turns, seats.possible_agents
         self.action_spaces = seats.action_spaces
         share = spaces.Box(0, 1, (1,), np.float32)
@@ -81,6 +83,7 @@ class LifetimeEnv(SeatsEnv):
         self._final_steps = {}
         self._open()
         self._follow()
+        self._show_masks()
 
     def step(self, action: Any) -> None:
         """Let the agent whose turn it is act.
@@ -90,9 +93,19 @@ class LifetimeEnv(SeatsEnv):
         """
         self._act(self.agent_selection, action)
         self._follow()
+        self._show_masks()
 
-    def observe(self, agent: str) -> Any:
-        """What an agent sees now."""
+    @property
+    def seated(self) -> Sequence[Seated]:
+        """The value of the seats."""
+        return self.seats.seated
+
+    def shared(self) -> list[Shared]:
+        """Those of the seats, and the share of the episodes."""
+        share = self.episode / self.episodes
+        return [*self.seats.shared(), Shared("episode", "share of the episodes that are over", share)]
+
+    def _observe(self, agent: str) -> Any:
         observation = self.seats.observe(agent)
         if _is_teacher(agent):
             observation["episode"] = np.array([self.episode / self.episodes], np.float32)
@@ -148,7 +161,7 @@ class LifetimeEnv(SeatsEnv):
             self._bridge()
 
     def _bridge(self) -> None:
-        """Remove from the seats the agents whose episode has ended; begin the next episode when none is left."""
+        """Remove from the seats the agents whose episode has ended; go on when none is left."""
         seats = self.seats
         while seats.agents and (seats.terminations[agent := seats.agent_selection] or seats.truncations[agent]):
             if not _is_teacher(agent):
@@ -161,9 +174,18 @@ class LifetimeEnv(SeatsEnv):
             seats.step(None)
         if not seats.agents:
             self.episode += 1
-            seats.start_next_episode(self._start, self._options)
-            for student, final in self._final_steps.items():
-                seats.infos[student].update(zip(_FINAL, (final.observation, final.info, final.terminated), strict=True))
+            self._go_on()
+
+    def _go_on(self) -> None:
+        """Begin the next episode."""
+        self.seats.start_next_episode(self._start, self._options)
+        self._recall()
+
+    def _recall(self) -> None:
+        """Put the last steps of the last episode into the students' infos."""
+        for student, final in self._final_steps.items():
+            last = final.observation, final.info, final.terminated
+            self.seats.infos[student].update(zip(_FINAL, last, strict=True))
 
     def _follow(self) -> None:
         """Copy from the seats the selected agent and the infos, in the last episode also which agents are left."""

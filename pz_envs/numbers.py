@@ -1,6 +1,6 @@
 """Numbers: the student's observation as one flat array, of the same length in every turn."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -17,6 +17,8 @@ from worlds.world import World
 
 Embed = Callable[[str], Any]
 """Gives the vector of a text: finite numbers, always of the same length."""
+Rows = npt.NDArray[Any]
+"""An array with a row for each of many lessons."""
 Writer = Callable[[Any], list[float]]
 """Gives the numbers of a value."""
 _MEANINGS: dict[type, str] = {
@@ -34,6 +36,24 @@ _ASPECTS = {
 }
 
 
+MASK = "action_mask"
+ENTRIES = {
+    "available": "1 for each kind that can be said: r, hp, hn, fp, fn; in a class of each student",
+    "features": "turn / max_turns, the last reward, importance of the next action, share of the budget that is left, "
+    "whether the episode is over",
+    "asked": "1 if the student asks",
+    "claims": "of each claim that can be said its kind, one of five; whether it is about an action, a plan, an edit",
+    "heard": "1 for each kind that others have said before in this round",
+    "episode": "share of the episodes of the lifetime that are over",
+    "lifetime": "the student's lifetime so far, nine numbers from 0 to 1",
+    "students": "of each student: turn / max_turns, the last reward, importance of the next action, whether its "
+    "episode is over, whether it is there, whether it was addressed in this round",
+    "purse": "share of the round's attention that is left, share of the budget that is left",
+    "asking": "1 for the student that asks",
+}
+"""What a teacher's observation has, by entry: see `Flat`."""
+
+
 class Field(NamedTuple):
     """Adjacent numbers with one meaning."""
 
@@ -42,6 +62,17 @@ class Field(NamedTuple):
     place: slice
     """The numbers are `observation[field.place]`."""
     meaning: str
+
+
+class RowClaims(NamedTuple):
+    """What is said in many rows, for `Numbers.of_rows`."""
+
+    number: Rows
+    """Per kind how many claims there are, where it is said at all; int (rows, 5)."""
+    named: Rows
+    """Per kind whether one of them names an action; bool (rows, 5)."""
+    action: Sequence[Rows]
+    """Per kind the actions that are named, each of shape (rows, ...); of r they are not read."""
 
 
 class Numbers:
@@ -57,15 +88,18 @@ class Numbers:
         world: gives the spaces of states and actions.
         max_turns: the student's turns in an episode.
         embed: gives the vector of a text; None: states and actions must have no texts.
+        lenient: whether parts without a fixed number of numbers, such as texts without `embed`, are left out.
 
     Raises:
         ValueError: a state or an action has no fixed number of numbers, or `embed` does not give vectors.
     """
 
-    def __init__(self, world: World[Any, Any, Any], max_turns: int, embed: Embed | None = None) -> None:
-        self._max_turns, self._embed = max_turns, embed
+    def __init__(
+        self, world: World[Any, Any, Any], max_turns: int, embed: Embed | None = None, *, lenient: bool = False
+    ) -> None:
+        self._max_turns, self._embed, self._lenient = max_turns, embed, lenient
         self._words = None if embed is None else _vector(embed, "").size
-        self._action_space = world.action_space
+        self._state_space, self._action_space = world.observation_space, world.action_space
         self._state, self._action = self._writer(world.observation_space), self._writer(self._action_space)
         self._fields: list[Field] = []
         self._low: list[float] = []
@@ -92,9 +126,9 @@ class Numbers:
         """The space of the arrays."""
         self.fields = tuple(self._fields)
         """The fields, in their order."""
-        most = np.finfo(np.float32).max
-        self._least, self._greatest = np.clip(low_bounds, -most, most), np.clip(high_bounds, -most, most)
-        self._nothing = [0.0] * sum(_size(part, self._words) for _, part in _parts(self._action_space))
+        self.least, self.greatest = finite(low_bounds), finite(high_bounds)
+        """Least and greatest values of the arrays, float32."""
+        self._nothing = [0.0] * sum(self._size(part) for _, part in _parts(self._action_space))
 
     def of(
         self, state: Any, turn: int, instruction: str, feedback: str, atoms: Iterable[Atom]
@@ -117,9 +151,42 @@ class Numbers:
             for words in (instruction, feedback):
                 numbers += self._embedded(words)
         array = np.array(numbers, float)
-        np.maximum(array, self._least, out=array)
-        np.minimum(array, self._greatest, out=array)
+        np.maximum(array, self.least, out=array)
+        np.minimum(array, self.greatest, out=array)
         return array.astype(np.float32)
+
+    def of_rows(self, state: Any, turn: Rows, reward: Rows, kinds: Rows, claims: "RowClaims") -> Rows:
+        """The arrays of many lessons, as `of` gives them one by one, float32 of shape (rows, numbers).
+
+        Args:
+            state: the worlds' observations, as Gymnasium batches them.
+            turn: the students' turns so far, of shape (rows,), as all that follow.
+            reward: of the last turn.
+            kinds: that are said, as subsets' numbers.
+            claims: what is said.
+        """
+        count = len(turn)
+        share, all_said = turn / self._max_turns, (kinds[:, None] >> np.arange(len(KINDS)) & 1).astype(bool)
+        columns = [*self._of_state(state, count), share]
+        for i, kind in enumerate(KINDS):
+            said = all_said[:, i]
+            columns += [said, np.where(said, claims.number[:, i], 0), np.where(said, share, 0.0)]
+            if kind is R:
+                columns.append(np.where(said, reward, 0.0))
+                continue
+            named = said & claims.named[:, i]
+            action = _rows_of(self._action_space, claims.action[i], count)
+            columns += [np.where(named[:, None], action, 0.0), np.where(named, 1.0 if kind in (HP, FP) else -1.0, 0.0)]
+        table = np.concatenate([np.asarray(each, float).reshape(count, -1) for each in columns], axis=1)
+        arrays: Rows = np.clip(table, self.least, self.greatest).astype(np.float32)
+        return arrays
+
+    def _of_state(self, state: Any, count: int) -> Iterator[Rows]:
+        for path, part in _parts(self._state_space):
+            found = state
+            for key in path:
+                found = found[key]
+            yield _rows_of(part, found, count)
 
     def _add_claims(self, numbers: list[float], kind: FeedbackType, said: list[Atom]) -> None:
         """Append the numbers of the claims of a kind."""
@@ -141,7 +208,9 @@ class Numbers:
     def _add_space(self, name: str, space: spaces.Space[Any], what: str, blank: bool = False) -> None:
         """Add the fields of a space; `blank`: zeros are allowed in their place."""
         for path, part in _parts(space):
-            size = _size(part, self._words)
+            size = self._size(part)
+            if not size:
+                continue
             if isinstance(part, spaces.Text):
                 high = np.full(size, np.inf)
                 low, how = -high, "embedded"
@@ -162,8 +231,19 @@ class Numbers:
         self._low += np.broadcast_to(low, size).tolist()
         self._high += np.broadcast_to(high, size).tolist()
 
+    def _size(self, space: spaces.Space[Any]) -> int:
+        """The number of numbers of a leaf; 0 if it is left out."""
+        try:
+            return _size(space, self._words)
+        except ValueError:
+            if self._lenient:
+                return 0
+            raise
+
     def _writer(self, space: spaces.Space[Any]) -> Writer:
         """The function that gives the numbers of a value of a space."""
+        if not isinstance(space, spaces.Dict | spaces.Tuple) and not self._size(space):
+            return _left_out
         if isinstance(space, spaces.Dict):
             return partial(_of_parts, [(key, self._writer(part)) for key, part in space.spaces.items()])
         if isinstance(space, spaces.Tuple):
@@ -186,7 +266,57 @@ class Numbers:
         return numbers
 
 
+class Flat:
+    """A Dict of boxes as one flat array, without its action mask, in the order of the Dict.
+
+    Args:
+        space: the Dict.
+
+    Raises:
+        ValueError: a part is not of numbers.
+    """
+
+    def __init__(self, space: spaces.Space[Any]) -> None:
+        parts: dict[str, Any] = {**space} if isinstance(space, spaces.Dict) else {"": space}
+        parts.pop(MASK, None)
+        if texts := [name for name, part in parts.items() if not isinstance(part, spaces.Box | spaces.MultiBinary)]:
+            raise ValueError(
+                f"teacher_numbers=True needs a teacher that observes numbers, got {texts[0]!r}: {parts[texts[0]]}; set "
+                "speech to 'kinds' or 'claims'"
+            )
+        boxes = {name: flatten_space(part) for name, part in parts.items()}
+        ends = np.cumsum([box.shape[0] for box in boxes.values()]).tolist()  # type: ignore[index]  # they are flat
+        low, high = (
+            np.concatenate([getattr(box, bound) for box in boxes.values()]).astype(np.float32)
+            for bound in ("low", "high")
+        )
+        self.space = spaces.Box(low, high, dtype=np.float32)
+        """The space of the arrays."""
+        places = map(slice, [0, *ends[:-1]], ends)
+        self.fields = tuple(
+            Field(name, place, ENTRIES.get(name, "")) for name, place in zip(boxes, places, strict=True)
+        )
+        """The fields, in their order."""
+
+    def of(self, seen: Mapping[str, npt.NDArray[Any]], rows: int | None = None) -> npt.NDArray[np.float32]:
+        """The array of an observation, float32 of the shape of `space`; with `rows` of each row, (rows, numbers)."""
+        lead = () if rows is None else (rows,)
+        parts = [np.asarray(seen[field.name], np.float32).reshape(*lead, -1) for field in self.fields]
+        return np.concatenate(parts, axis=-1)
+
+
+def finite(bounds: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
+    """Bounds that a float32 can hold."""
+    most = np.finfo(np.float32).max
+    held: npt.NDArray[np.float32] = np.clip(bounds, -most, most).astype(np.float32)
+    return held
+
+
 # Writers must be picklable, so they are no closures.
+
+
+def _left_out(value: Any) -> list[float]:
+    return []
 
 
 def _of_parts(writers: Sequence[tuple[Any, Writer]], value: Any) -> list[float]:
@@ -196,6 +326,18 @@ def _of_parts(writers: Sequence[tuple[Any, Writer]], value: Any) -> list[float]:
 def _flat(space: spaces.Space[Any], value: Any) -> list[float]:
     numbers: list[float] = flatten(space, value).tolist()  # type: ignore[union-attr]  # it is an array
     return numbers
+
+
+def _rows_of(space: spaces.Space[Any], values: Rows, count: int) -> Rows:
+    """The numbers of many values of a leaf, of shape (rows, numbers)."""
+    if isinstance(space, spaces.Discrete):
+        rows: Rows = np.eye(int(space.n)).take(np.clip(values - int(space.start), 0, int(space.n) - 1), axis=0)
+    elif isinstance(space, spaces.MultiDiscrete):
+        wide = zip(values.reshape(count, -1).T, space.nvec.ravel(), space.start.ravel(), strict=True)
+        rows = np.concatenate([np.eye(int(n)).take(column - start, axis=0) for column, n, start in wide], axis=1)
+    else:
+        rows = values.reshape(count, -1)
+    return rows
 
 
 def _one_of(count: int, start: int, value: Any) -> list[float]:

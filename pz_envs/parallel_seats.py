@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from gymnasium import spaces
 from pettingzoo import ParallelEnv
 from pettingzoo.utils.conversions import turn_based_aec_to_parallel_wrapper
@@ -14,7 +15,22 @@ from teachers.seeds import Seeds
 
 
 class TurnBasedParallelEnv(turn_based_aec_to_parallel_wrapper):
-    """PettingZoo's parallel form of a turn-based environment, which ignores actions of agents that are not selected."""
+    """PettingZoo's parallel form of a turn-based environment, in which agents take turns.
+
+    In each step one agent acts, first a teacher; then `active_agent` in all infos says which is next. What others give
+    as actions is ignored. `metadata` has `turn_based`, and a name that says so.
+    """
+
+    @property
+    def metadata(self) -> dict[str, Any]:  # the environment's label may change
+        """That of the environment, with the name of this form."""
+        own = self.env.metadata
+        name, _, version = own["name"].rpartition("_v")
+        return {**own, "name": f"{name}-turns_v{version}", "turn_based": True}
+
+    @metadata.setter
+    def metadata(self, given: dict[str, Any]) -> None:
+        """PettingZoo's wrapper sets that of the environment."""
 
     @property
     def env(self) -> SeatsEnv:
@@ -62,10 +78,23 @@ class ParallelSeats(ParallelEnv):
                 "the AEC environment turn by turn"
             )
         self.agents: list[str] = []
-        self.metadata = {**env.metadata, "is_parallelizable": True}
         self.render_mode = env.render_mode
         self._seeds = Seeds()
         self._rngs: dict[str, np.random.Generator] = {}
+
+    @property
+    def metadata(self) -> dict[str, Any]:  # the environment's label may change
+        """That of the environment."""
+        return {**self.env.metadata, "is_parallelizable": True}
+
+    @property
+    def state_space(self) -> spaces.Box:
+        """The space of `state`, the same object each time."""
+        return self.env.state_space
+
+    def state(self) -> npt.NDArray[np.float32]:
+        """The state of the environment, all agents included: privileged; see `pz_envs.global_state`."""
+        return self.env.state()
 
     def __repr__(self) -> str:
         partners = ", ".join(f"{agent}: {partner!r}" for agent, partner in self.partners.items())
@@ -102,9 +131,17 @@ class ParallelSeats(ParallelEnv):
     def step(
         self, actions: Mapping[str, Any]
     ) -> tuple[dict[str, Any], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]:
-        """Let every agent act once."""
+        """Let every agent act once; agents that wait for the next episode of a lifetime may be left out.
+
+        Raises:
+            ValueError: an agent's action is missing, or is outside of its space; in the first case nothing has changed.
+        """
         env = self.env
         waiting = {agent for agent in self.agents if "waits" in env.infos[agent]}  # for the next episode of a lifetime
+        if missing := [agent for agent in self.agents if agent not in actions and agent not in waiting]:
+            raise ValueError(
+                f"the actions lack {', '.join(missing)}; each agent that is left must act: {', '.join(self.agents)}"
+            )
         results = self._play({agent: action for agent, action in actions.items() if agent not in waiting})
         for agent in self.agents:
             if agent not in results:

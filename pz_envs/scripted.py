@@ -71,12 +71,17 @@ class Attention:
         return self.rng.random()
 
 
-def refuse_messages(speech: str) -> None:
-    """Check the speech of scripted teachers.
+def refuse_unread(speech: str, teacher_numbers: bool) -> None:
+    """Check the settings of scripted teachers, which read the Dict of `speech="kinds"`.
 
     Raises:
-        ValueError: it is not `kinds`.
+        ValueError: the speech is another, or their observations would be one array.
     """
+    if teacher_numbers:
+        raise ValueError(
+            "teacher_numbers=True is not used in this parallel form, whose teachers are scripted; leave it out, or "
+            "take the AEC form"
+        )
     if speech in ("message", "claims"):
         raise ValueError(
             f"speech {speech!r} has no parallel form, whose teachers are scripted; allowed: kinds; for others take the "

@@ -1,12 +1,18 @@
 """The base of the AEC environments with seats for teachers and students."""
 
 from abc import abstractmethod
+from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
 from gymnasium import spaces
 from pettingzoo import AECEnv
 from pettingzoo.utils.wrappers import OrderEnforcingWrapper
 
+from pz_envs.global_state import GlobalState, Seated, Shared
+from pz_envs.numbers import Field, Flat
 from pz_envs.settings import RENDER_MODES
 from pz_envs.student_view import StudentView, info_for
 from pz_envs.window import FPS, Renderer
@@ -16,6 +22,7 @@ from worlds.pictures.canvas import Frame
 from worlds.world import World
 
 TEACHER, STUDENT = "teacher_0", "student_0"
+_NUMERIC = ("trimmed",)
 
 
 def role_of(agent: str) -> str:
@@ -48,20 +55,30 @@ class SeatsEnv(AECEnv):
 
     max_turns: int
     """Actions of a student in an episode, at most."""
-    label: str
-    """The id of the environment, or the name of its subject, for `repr`."""
 
     def __init__(self, name: str, speech: str, render_mode: str | None) -> None:
-        self.metadata = {**self.metadata, "name": f"{name}_v0"}
+        self.metadata = {**self.metadata}
         self.label = name
         self.speech, self.render_mode = speech, render_mode
         self._renderer = Renderer(render_mode, self.metadata["name"], self.as_text, self.frame)
+        self._flat: dict[str, Flat] = {}  # per teacher that observes one array
         self.agents: list[str] = []
         self.observation_spaces: dict[str, spaces.Space[Any]] = {}
         self.action_spaces: dict[str, spaces.Space[Any]] = {}
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.label} speech={self.speech!r} {self._describe_seats()}>"
+
+    @property
+    def label(self) -> str:
+        """The id of the environment, or the name of its subject, for `repr`; `metadata` has its name."""
+        return self._label
+
+    @label.setter
+    def label(self, label: str) -> None:
+        self._label = label
+        name, dash, version = label.removeprefix("llf/").rpartition("-v")
+        self.metadata["name"] = f"{name}_v{version}" if dash and version.isdigit() else f"{label}_v0"
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
         """The agent's observation space, the same object each time."""
@@ -82,8 +99,71 @@ class SeatsEnv(AECEnv):
             self._was_dead_step(action)
             return
         self._act(agent, action)
+        self._show_masks()
         if self.render_mode == "human":
             self.render()
+
+    def observe(self, agent: str) -> Any:
+        """What an agent sees now."""
+        observation = self._observe(agent)
+        flat = self._flat.get(agent)
+        return observation if flat is None else flat.of(observation)
+
+    @abstractmethod
+    def _observe(self, agent: str) -> Any:
+        """What an agent sees now, before it is made one array."""
+
+    def flatten_teachers(self) -> None:
+        """Let teachers observe one array; their infos have `action_mask` and `trimmed` alone, as libraries need it.
+
+        Raises:
+            ValueError: they observe texts.
+        """
+        for agent in self.possible_agents:
+            if role_of(agent) == role_of(TEACHER):
+                flat = self._flat[agent] = Flat(self.observation_spaces[agent])
+                self.observation_spaces[agent] = flat.space
+
+    def fields_of(self, agent: str) -> tuple[Field, ...]:
+        """The fields of an agent's observation, if that is one array; else none."""
+        if agent in self._flat:
+            return self._flat[agent].fields
+        return next((each.view.fields for each in self.seated if each.student == agent), ())
+
+    def _show_masks(self) -> None:
+        """Leave only numbers in the infos of teachers that observe one array: of what they could not say, and masks."""
+        for agent in self._flat.keys() & self.infos.keys():
+            left = {name: value for name, value in self.infos[agent].items() if name in _NUMERIC}
+            self.infos[agent] = {**left, "action_mask": self._observe(agent)["action_mask"]}
+
+    # The state of all seats.
+
+    @property
+    @abstractmethod
+    def seated(self) -> Sequence[Seated]:
+        """The students with their teachers."""
+
+    def shared(self) -> list[Shared]:
+        """Numbers about the whole environment that are part of its state."""
+        return []
+
+    @cached_property
+    def _global_state(self) -> GlobalState:
+        return GlobalState(self.possible_agents, self.seated, self.shared())
+
+    @property
+    def state_space(self) -> spaces.Box:
+        """The space of `state`, the same object each time."""
+        return self._global_state.space
+
+    @property
+    def state_fields(self) -> tuple[Field, ...]:
+        """The fields of `state`, in their order."""
+        return self._global_state.fields
+
+    def state(self) -> npt.NDArray[np.float32]:
+        """All seats and the oracle's values as one array, float32: privileged. See `pz_envs.global_state`."""
+        return self._global_state.of(self.agent_selection, self.agents, self.shared())
 
     def render(self) -> str | Frame | None:
         """In mode `ansi` return `as_text()`, in mode `rgb_array` `frame()`; in mode `human` show the frame in a window.
@@ -167,11 +247,13 @@ class OneSessionEnv(SeatsEnv):
         """Begin an episode; without a seed the random streams go on. `options` are the world's."""
         self.session.open(seed, known_options(options, self.session.world))
         self._enter()
+        self._show_masks()
 
     def start_next_episode(self, start: Any = None, options: dict[str, Any] | None = None) -> None:
         """Begin another episode of the same lesson; see `SeatsEnv`."""
         self.session.start_next_episode(start, known_options(options, self.session.world))
         self._enter()
+        self._show_masks()
 
     @property
     def current_truth(self) -> Any:

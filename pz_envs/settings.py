@@ -52,6 +52,7 @@ class SettingsKeywords(TeacherKeywords, total=False):
     cost: float
     budget: int | None
     teacher_reward: "str | TeacherReward"
+    teacher_numbers: bool
     until_success: bool
     ask_cost: float | None
     failure_reward: float | None
@@ -115,6 +116,10 @@ class Settings:
     teacher_reward: "str | TeacherReward" = "student_reward"
     """The teacher's reward of a student's turn: `student_reward`, `student_progress`, `success_minus_cost`, or a
     function of the `Moment` and the `Oracle`; see `pz_envs.rewards`.
+    """
+    teacher_numbers: bool = False
+    """One flat array of numbers for a teacher that chooses; see `pz_envs.numbers.Flat`. The mask of its actions is in
+    the info, which in PettingZoo's environments has no `moment` or claims then, but numbers alone.
     """
     until_success: bool = False
     """Whether success ends the episode; it never does where a task is asked repeatedly."""
@@ -221,7 +226,7 @@ class Settings:
         return replace(base, **own, options=world)
 
 
-_FLAGS = ("privileged_info", "visual", "text", "numbers", "until_success")
+_FLAGS = ("privileged_info", "visual", "text", "numbers", "teacher_numbers", "until_success")
 FIELDS = frozenset(each.name for each in fields(Settings))
 """The names of the fields."""
 

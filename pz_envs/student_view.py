@@ -41,6 +41,7 @@ class StudentView:
         world = session.world
         self.session, self.renderer = session, renderer
         self.text, self.visual = settings.text, image is not None
+        self.embed = settings.embed
         self.numbers = Numbers(world, session.max_turns, settings.embed) if settings.numbers else None
         self.words_space = spaces.Dict(
             {

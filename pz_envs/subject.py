@@ -299,11 +299,13 @@ class Seating(ABC):
         if isinstance(episodes, bool) or not isinstance(episodes, int) or episodes < 1:
             raise ValueError(f"episodes must be an integer of at least 1, got {episodes!r}")
         env = self.raw_env(subject, settings, **own)
-        if episodes == 1:
-            return env
-        from pz_envs.lifetimes import LifetimeEnv
+        if episodes > 1:
+            from pz_envs.lifetimes import LifetimeEnv
 
-        return LifetimeEnv(env, episodes)
+            env = LifetimeEnv(env, episodes)
+        if settings.teacher_numbers:
+            env.flatten_teachers()
+        return env
 
     def arguments(self) -> tuple[str, ...]:
         """The names of the seating's own arguments."""

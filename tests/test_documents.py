@@ -42,6 +42,12 @@ def test_shown_output_is_what_the_snippet_before_it_prints(path, tmp_path, capsy
         assert capsys.readouterr().out == blocks[number][1]
 
 
+def test_loops_of_ones_own_are_short():
+    loops = [code for name, code in python_blocks().items() if name.startswith("write-your-own-loop-")]
+    assert len(loops) == 5
+    assert all(sum(map(bool, code.splitlines())) <= 30 for code in loops)
+
+
 def test_the_readme_shows_what_each_snippet_prints():
     blocks = BLOCK.findall((ROOT / "README.md").read_text(encoding="utf-8"))
     languages = [language for language, _ in blocks if language in ("python", "output")]

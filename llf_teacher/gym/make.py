@@ -4,12 +4,12 @@ from typing import Any, Unpack
 
 import gymnasium
 
-from llf_teacher.gym.student_env import StudentEnv
+from llf_teacher.gym.student_env import NOT_SEATED, StudentEnv
 from llf_teacher.registry import entry
 from pz_envs.settings import Settings, SettingsKeywords, takes_settings
 
 
-@takes_settings(without=("speech",))
+@takes_settings(without=NOT_SEATED)
 def make(id: str, *, settings: Settings | None = None, **keywords: Unpack[SettingsKeywords]) -> StudentEnv:
     """The student's seat of an environment, with a teacher in the other seat.
 

@@ -8,10 +8,13 @@ import gymnasium
 from gymnasium.error import ResetNeeded
 
 from llf_teacher.registry import entry
+from llf_teacher.students.parsing import parse_student
+from llf_teacher.students.student import Policy, Student
 from pz_envs.assembly import assemble
 from pz_envs.settings import RENDER_MODES, Settings
 from pz_envs.subject import Subject
 from pz_envs.window import FPS, Renderer
+from teachers.atoms import Moment
 from teachers.personality import Personality
 from teachers.teacher import Teacher
 
@@ -79,6 +82,30 @@ class SeatEnv(gymnasium.Env):
     def reward_range(self) -> tuple[float, float]:
         """Least and greatest reward of one step of the world."""
         return self.session.world.reward_range
+
+    # What loops of one's own need.
+
+    @property
+    def moment(self) -> Moment[Any]:
+        """What happened last, with the truths: privileged. `resume_from` and `start_next_episode` take it up."""
+        return self.session.moment
+
+    def values(self) -> tuple[float, ...] | None:
+        """The oracle's value of each action now: privileged; None where actions have none, or the episode is over."""
+        moment = self.session.moment
+        return None if moment.over else self.session.teacher.oracle.values(moment.after)
+
+    def seat(self, student: str | Student) -> Policy[Any]:
+        """A policy for the student's seat of this environment; `reset(rng)` begins its episodes.
+
+        Raises:
+            ValueError: the student is unknown, or cannot play here.
+        """
+        return parse_student(student).seat(self.family, self.session.world)
+
+    def seen_by(self, policy: Any) -> tuple[Any, dict[str, Any]]:
+        """Observation and info that a policy in the student's seat may see now, as its `act` takes them."""
+        return self.student_view.observe(), self.student_view.info_for(policy)
 
     def _restart(self, seed: int | None, options: dict[str, Any] | None) -> None:
         """Open an episode. Without a seed all streams go on."""

@@ -10,6 +10,9 @@ from pz_envs.settings import Settings, SettingsKeywords, takes_settings
 from pz_envs.subject import Subject
 from teachers.atoms import SILENCE, Moment
 
+NOT_SEATED = ("speech", "teacher_numbers")
+"""The settings of the teacher's seat, which has a policy."""
+
 
 class StudentEnv(SeatEnv):
     """The student's seat.
@@ -33,11 +36,11 @@ class StudentEnv(SeatEnv):
         ValueError: an argument is not allowed.
     """
 
-    @takes_settings(without=("speech",))
+    @takes_settings(without=NOT_SEATED)
     def __init__(
         self, env_id: str | Subject, *, settings: Settings | None = None, **keywords: Unpack[SettingsKeywords]
     ) -> None:
-        super().__init__(env_id, settings, keywords, refused=("speech",), policies=True)
+        super().__init__(env_id, settings, keywords, refused=NOT_SEATED, policies=True)
         self.teacher = self.session.teacher if self._policy is None else self._policy
         """The session's teacher, or the user's policy."""
         self._speak = self.session.speak if self._policy is None else self._speak_by_policy
@@ -63,6 +66,9 @@ class StudentEnv(SeatEnv):
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begin an episode; the teacher gives its instruction."""
         self._restart(seed, options)
+        return self._begin_episode()
+
+    def _begin_episode(self) -> tuple[Any, dict[str, Any]]:
         if self._policy is not None:
             self._policy.reset(self.session.seeds.stream("teacher"))
         self._speak()
@@ -88,6 +94,26 @@ class StudentEnv(SeatEnv):
         if self.render_mode == "human":
             self.render()
         return observation, reward, session.terminated, session.truncated, self._info()
+
+    def start_next_episode(
+        self, start: Any = None, options: dict[str, Any] | None = None
+    ) -> tuple[Any, dict[str, Any]]:
+        """Begin another episode of the same lesson: random streams go on, and what was spent of a budget stays spent.
+
+        Args:
+            start: the truth to begin with, such as `moment.after` of an opening; None: as a reset draws it.
+            options: those of the world's `reset`.
+
+        Returns:
+            Observation and info, as of `reset`.
+
+        Raises:
+            ResetNeeded: before the first `reset`.
+        """
+        if not hasattr(self.session, "moment"):
+            self._check_running()
+        self.session.start_next_episode(start, options)
+        return self._begin_episode()
 
     def resume_from(self, moment: Moment[Any], terminated: bool = False) -> None:
         """Go on from a moment of an episode that was played elsewhere, after the teacher has spoken of it.

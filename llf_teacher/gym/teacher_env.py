@@ -12,6 +12,7 @@ from llf_teacher.gym.seat_env import SeatEnv
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import Student
 from llf_teacher.students.variation import check_vary, draw_student
+from pz_envs.numbers import Field, Flat
 from pz_envs.rewards import TeacherReward
 from pz_envs.settings import Settings, SettingsKeywords, takes_settings
 from pz_envs.subject import Subject
@@ -46,6 +47,9 @@ class TeacherEnv(SeatEnv):
     7. 1 if the announced action is a mistake, else 0: it has less value than another, or, where actions have no
        values, the oracle would criticise it
     8. n / (n + 4) for n turns of the oracle's plan from here, at most `max_turns`; 0 without one, or when it is over
+
+    With `teacher_numbers=True` the observation is one flat Box of all these, with the layout `fields`, and the info has
+    the `action_mask`.
 
     Info: that of `teacher_0`, such as the privileged `moment`, and `trimmed`, the kinds of the last action of which
     nothing could be said; `student`, its spec, or None for a policy of your own; and `intention`, the announced action,
@@ -120,21 +124,27 @@ class TeacherEnv(SeatEnv):
         self.subsets = choices_of(actions, self.session.teacher, self.settings.speech)
         """With `speech="kinds"`, the subset of kinds that each action says."""
         self._compact = np.array(self.subsets) if actions == "compact" else None
-        self.observation_space = self.teacher_view.observation_space
         more: dict[str, spaces.Space[Any]] = {"lifetime": lifetime_space()} if episodes > 1 else {}
         if self._compact is not None:
             self.action_space = spaces.Discrete(len(self.subsets))
             more["action_mask"] = mask_space(len(self.subsets))
+        seen: spaces.Space[Any] = self.teacher_view.observation_space
         if more:
-            self.observation_space = spaces.Dict({**self.observation_space, **more})
+            seen = spaces.Dict({**self.teacher_view.observation_space, **more})
+        self.flat = Flat(seen) if self.settings.teacher_numbers else None
+        """Writes observations as one array; None without `teacher_numbers`."""
+        self.observation_space = seen if self.flat is None else self.flat.space
+
+    @property
+    def fields(self) -> tuple[Field, ...]:
+        """The fields of an observation, in their order; empty without `teacher_numbers=True`."""
+        return () if self.flat is None else self.flat.fields
 
     def __repr__(self) -> str:
         student = str(self._spec) if isinstance(self._spec, Student) else self._spec
         return f"<{type(self).__name__} {self.env_id} student={student!r} {self.session.teacher!r}>"
 
-    def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[dict[str, Any], dict[str, Any]]:
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begin an episode or a lifetime; the teacher speaks first."""
         self._restart(seed, options)
         self._running = True
@@ -151,7 +161,7 @@ class TeacherEnv(SeatEnv):
         self.student.reset(seeds.stream("student"))
         return self._observe()
 
-    def step(self, action: Any) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Speak; then the student acts.
 
         Raises:
@@ -245,7 +255,7 @@ class TeacherEnv(SeatEnv):
         life.arrive()
         return True
 
-    def _observe(self) -> tuple[dict[str, Any], dict[str, Any]]:
+    def _observe(self) -> tuple[Any, dict[str, Any]]:
         life = self.life
         observation, info = self.teacher_view.observe(self._running), self.teacher_view.info()
         if self._compact is not None:
@@ -258,7 +268,9 @@ class TeacherEnv(SeatEnv):
         info["student"] = self._drawn if isinstance(self._spec, Student) else None
         if life is not None and self.episodes > 1:
             observation["lifetime"] = life.features(intention)
-        return observation, info
+        if self.flat is None:
+            return observation, info
+        return self.flat.of(observation), info | {"action_mask": observation["action_mask"]}
 
     def action_masks(self) -> np.ndarray:
         """Which actions are legal now, bool of shape (actions,), as learners with action masks need it.

@@ -1,14 +1,16 @@
 """The user's own agents in the student's seat, by specs such as `my_package.my_module:MyAgent(size=3)`.
 
 The spec names a factory: a class or a function that takes the keyword arguments and returns an agent. Each episode
-calls it again, in the process that plays the episode. The agent's methods show which of three protocols it has:
+calls it again, in the process that plays the episode. The agent's methods show which of four protocols it has:
 
     LLF-Bench   reset(docstring)           act(observation, feedback)   two arguments, or `*args`
     Gymnasium   reset(), or none           act(observation)             one argument: the dict of three strings
     policy      reset(rng)                 act(observation, info)       two arguments, the second named `info`
+    numbers     reset(), or none           act(numbers)                 one argument: the array of `numbers=True`
 
-Arguments with a default do not count. Agents of the first two read and write text, policies read and write the
-world's own observations and actions; an attribute `text` of the agent overrides this. An illegal action costs a turn.
+Arguments with a default do not count. Agents of the first two read and write text, the others read and write the
+world's own observations and actions, or the numbers that `StudentEnv(numbers=True)` has for them; an attribute `text`
+of the agent overrides this. An illegal action costs a turn.
 """
 
 import importlib
@@ -21,15 +23,16 @@ from typing import Any
 
 from llf_teacher.students.chat import can_answer
 from llf_teacher.students.student import READS, ModelReply, Policy, Student, state_of
+from pz_envs.numbers import Numbers
 from pz_envs.text_mode import failure
 from teachers.atoms import ParseFailure
 from teachers.spec import SpecCall, call_string, unknown
 from worlds.world import World
 
-LLF, GYMNASIUM, POLICY = "LLF-Bench", "Gymnasium", "policy"
+LLF, GYMNASIUM, POLICY, NUMBERS = "LLF-Bench", "Gymnasium", "policy", "numbers"
 _EXPECTED = (
     "expected reset(docstring) and act(observation, feedback), or act(observation), "
-    "or reset(rng) and act(observation, info)"
+    "or reset(rng) and act(observation, info), or act(numbers)"
 )
 _LATER = {
     "a coroutine function (`async def`)": inspect.iscoroutinefunction,
@@ -45,9 +48,10 @@ class _Policy(Policy["Agent"]):
         """Reset the agent; an agent of LLF-Bench is reset in the first turn, with the instruction."""
         agent, protocol = self.spec.agent, self.spec.protocol
         self._opening = True
+        self._numbers: Numbers | None = None
         if protocol == POLICY:
             agent.reset(self.rng)
-        elif protocol == GYMNASIUM and hasattr(agent, "reset"):
+        elif protocol in (GYMNASIUM, NUMBERS) and hasattr(agent, "reset"):
             agent.reset()
 
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
@@ -61,6 +65,8 @@ class _Policy(Policy["Agent"]):
             if opening:
                 agent.reset(instruction)
             action = agent.act(state, None if opening and not feedback else feedback)
+        elif protocol == NUMBERS:
+            action = agent.act(self._array(state, instruction, feedback, info))
         elif protocol == GYMNASIUM:
             given = instruction if opening else ""
             action = agent.act({"observation": state, "instruction": given, "feedback": feedback})
@@ -69,6 +75,16 @@ class _Policy(Policy["Agent"]):
         if issubclass(type(action), Awaitable | Generator):  # `isinstance` would ask the object itself
             raise TypeError(f"student {self.spec}: act must return an action, got a {type(action).__name__}")
         return as_answer(action, self.world) if self.spec.text else self._native(action)
+
+    def _array(self, state: Any, instruction: str, feedback: str, info: dict[str, Any]) -> Any:
+        """What `StudentEnv(numbers=True)` observes in this turn."""
+        if "atoms" not in info:
+            raise ValueError(f"student {self.spec}: act(numbers) needs atoms; set `reads = 'atoms'` on the factory")
+        if self._numbers is None:  # in the first turn all are left
+            self._most = info["turns_left"]
+            self._numbers = Numbers(self.world, self._most, getattr(self.spec.agent, "embed", None))
+        turn = self._most - info["turns_left"]
+        return self._numbers.of(state, turn, instruction, feedback, info["atoms"])
 
     def _native(self, action: Any) -> Any:
         """The action; a `ParseFailure` if it is outside the action space."""
@@ -116,13 +132,14 @@ class Agent(Student):
 
     @property
     def reads(self) -> str:
-        """The factory's attribute `reads`; `words` by default."""
-        return getattr(self.make, "reads", "words")
+        """The factory's attribute `reads`; by default `atoms` of a class with `act(numbers)`, `words` of others."""
+        default = "atoms" if (_arguments(self.make, "act") or [])[-1:] == [NUMBERS] else "words"
+        return getattr(self.make, "reads", default)
 
     @property
     def text(self) -> bool:
         """Whether the agent plays in text mode."""
-        return bool(getattr(self.agent, "text", self.protocol != POLICY))
+        return bool(getattr(self.agent, "text", self.protocol not in (POLICY, NUMBERS)))
 
     @property
     def remembers(self) -> bool:
@@ -146,7 +163,7 @@ class Agent(Student):
 
     @cached_property
     def protocol(self) -> str:
-        """`LLF`, `GYMNASIUM` or `POLICY`.
+        """`LLF`, `GYMNASIUM`, `POLICY` or `NUMBERS`.
 
         Raises:
             ValueError: the agent's methods fit none of them.
@@ -191,6 +208,8 @@ def protocol_of(agent: Any, name: str) -> str:
         if act[-1:] == ["*"] or len(act) == 2:
             if reset is not None and (len(reset) == 1 or reset[-1:] == ["*"]):
                 return LLF
+        elif act == [NUMBERS] and reset in (None, [], ["*"]):
+            return NUMBERS
         elif len(act) == 1 and reset in (None, [], ["*"]):
             return GYMNASIUM
     shown = ", ".join(_show(agent, method) for method in ("reset", "act"))

@@ -8,8 +8,9 @@ from gymnasium import spaces
 
 from pz_envs.assembly import Parts, assemble
 from pz_envs.frames import tile_frames
+from pz_envs.global_state import Seated, Shared
 from pz_envs.parallel_seats import ParallelSeats
-from pz_envs.scripted import Attention, refuse_messages
+from pz_envs.scripted import Attention, refuse_unread
 from pz_envs.seats import STUDENT, TEACHER, SeatsEnv, known_options
 from pz_envs.settings import Settings, check_flags
 from pz_envs.subject import Seating, Subject
@@ -84,7 +85,7 @@ class ClassroomEnv(SeatsEnv):
     Args:
         lessons: the parts of one session per student, with equal settings and one purse.
         settings: of each session.
-        name: for `metadata`.
+        name: its first label.
         attention: students that the teacher can address in a round, 1 to their number.
         same_world: whether all students begin in equal worlds.
         attention_cost: paid by the teacher for addressing a student, at least 0.
@@ -92,8 +93,6 @@ class ClassroomEnv(SeatsEnv):
     Raises:
         ValueError: an argument is not allowed.
     """
-
-    metadata = {**SeatsEnv.metadata, "name": "classroom_v0"}  # noqa: RUF012 (PettingZoo's convention)
 
     def __init__(
         self,
@@ -175,9 +174,20 @@ class ClassroomEnv(SeatsEnv):
         self._class = list(range(len(self.sessions)))
         self._trimmed = 0
         self._begin_round()
+        self._show_masks()
 
-    def observe(self, agent: str) -> Any:
-        """What an agent sees now."""
+    @property
+    def seated(self) -> list[Seated]:
+        """The students with their teacher."""
+        views = zip(self.students, self.student_views, self.teacher_views, strict=True)
+        return [Seated(student, view, {TEACHER: teacher}) for student, view, teacher in views]
+
+    def shared(self) -> list[Shared]:
+        """The attention of the round."""
+        left = getattr(self, "_left", 0) / self.attention
+        return [Shared("attention", "share of the round's attention that is left", left)]
+
+    def _observe(self, agent: str) -> Any:
         if agent != TEACHER:
             return self.student_views[self._number[agent]].observe()
         if self.speech == "message":
@@ -484,7 +494,7 @@ class Classroom(Seating):
         Raises:
             ValueError: an argument is not allowed, such as `speech="message"`.
         """
-        refuse_messages(settings.speech)
+        refuse_unread(settings.speech, settings.teacher_numbers)
         return ParallelSeats(self.seats(subject, settings, **own), {TEACHER: Attention(rule)})
 
 

@@ -7,9 +7,10 @@ import numpy as np
 from gymnasium import spaces
 
 from pz_envs.assembly import Parts, assemble
+from pz_envs.global_state import Seated
 from pz_envs.parallel_seats import ParallelSeats
-from pz_envs.scripted import SayAll, refuse_messages
-from pz_envs.seats import STUDENT, TEACHER, OneSessionEnv, SeatsEnv
+from pz_envs.scripted import SayAll, refuse_unread
+from pz_envs.seats import STUDENT, TEACHER, OneSessionEnv
 from pz_envs.settings import Settings
 from pz_envs.subject import Seating, Subject
 from teachers.atoms import KINDS, SILENCE
@@ -73,14 +74,12 @@ class PanelEnv(OneSessionEnv):
     Args:
         parts: of a session with 1 to 16 teachers.
         settings: of the session.
-        name: for `metadata`.
+        name: its first label.
         order: `fixed` or `random`.
 
     Raises:
         ValueError: an argument is not allowed.
     """
-
-    metadata = {**SeatsEnv.metadata, "name": "panel_v0"}  # noqa: RUF012 (PettingZoo's convention)
 
     def __init__(self, parts: Parts, settings: Settings, name: str = "tutoring", *, order: str = "fixed") -> None:
         if order not in ORDERS:
@@ -106,8 +105,12 @@ class PanelEnv(OneSessionEnv):
         self._said: dict[str, str] = dict.fromkeys(self.teacher_views, SILENCE)
         self._begin_round()
 
-    def observe(self, agent: str) -> dict[str, Any]:
-        """What an agent sees now."""
+    @property
+    def seated(self) -> list[Seated]:
+        """The student with its teachers."""
+        return [Seated(STUDENT, self.student_view, self.teacher_views)]
+
+    def _observe(self, agent: str) -> dict[str, Any]:
         if agent == STUDENT:
             return {**self.student_view.observe(), "said": dict(self._said)}
         heard = self.session.said_so_far()
@@ -200,7 +203,7 @@ class Panel(Seating):
         Raises:
             ValueError: an argument is not allowed, such as `speech="message"`.
         """
-        refuse_messages(settings.speech)
+        refuse_unread(settings.speech, settings.teacher_numbers)
         env = self.seats(subject, settings, **own)
         teachers = [agent for agent in env.possible_agents if agent != STUDENT]
         return ParallelSeats(env, {teacher: SayAll() for teacher in teachers})

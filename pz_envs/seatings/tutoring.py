@@ -3,7 +3,8 @@
 from typing import Any
 
 from pz_envs.assembly import Parts, assemble
-from pz_envs.seats import STUDENT, TEACHER, OneSessionEnv, SeatsEnv
+from pz_envs.global_state import Seated
+from pz_envs.seats import STUDENT, TEACHER, OneSessionEnv
 from pz_envs.settings import Settings
 from pz_envs.subject import Seating, Subject
 
@@ -64,10 +65,8 @@ class TutoringEnv(OneSessionEnv):
     Args:
         parts: of `pz_envs.assembly.assemble`.
         settings: the same as there.
-        name: for `metadata`.
+        name: its first label.
     """
-
-    metadata = {**SeatsEnv.metadata, "name": "tutoring_v0"}  # noqa: RUF012 (PettingZoo's convention)
 
     def __init__(self, parts: Parts, settings: Settings, name: str = "tutoring") -> None:
         session, student_view, (self.teacher_view,) = parts
@@ -76,8 +75,12 @@ class TutoringEnv(OneSessionEnv):
         for agent, view in ((TEACHER, self.teacher_view), (STUDENT, self.student_view)):
             self.observation_spaces[agent], self.action_spaces[agent] = view.observation_space, view.action_space
 
-    def observe(self, agent: str) -> Any:
-        """What an agent sees now."""
+    @property
+    def seated(self) -> list[Seated]:
+        """The student with its teacher."""
+        return [Seated(STUDENT, self.student_view, {TEACHER: self.teacher_view})]
+
+    def _observe(self, agent: str) -> Any:
         if agent == STUDENT:
             return self.student_view.observe()
         return self.teacher_view.observe(self.agent_selection == TEACHER)

@@ -34,6 +34,10 @@ class Said(NamedTuple):
     """The advised action (fp); undefined where there is none."""
     warned: npt.NDArray[Any]
     """The action of the warning (fn); undefined where there is none."""
+    verdicts: npt.NDArray[Any] | None = None
+    """Numbers of verdicts of kind hp and hn, of shape (rows, 2); None: one of each kind that is said."""
+    judges: npt.NDArray[Any] | None = None
+    """Whether hp and hn name the action, bool (rows, 2); None: they do."""
 
 
 class OracleBatch(ABC, Generic[StateT]):

@@ -23,27 +23,29 @@ class OptimizationOracleBatch(OracleBatch[State]):
         """Judge the change of the loss, as a whole and by coordinate; advise a better point; warn of a worse one."""
         _, _, _, after, _, turn, over = moments
         landscapes = self.worlds.landscapes(after)
-        praise, blame = self._verdicts(moments, landscapes)
+        verdicts, judges = self._verdicts(moments, landscapes)
+        praise, blame = (verdicts > 0).T
         x, y = _points(after.x), after.y
         solved = y - self.worlds.world.minimum <= TOLERANCE
         good, advised = self._steps(x, y, landscapes, np.flatnonzero(~(solved | over)))
         warns, warned = self._warnings(x, y, landscapes, good, advised, turn, ~over)
         acted = turn > 0
         kinds = subset(acted, acted & praise, acted & blame, ~over & (solved | good), warns)
-        return Said(kinds, np.where(good[:, None], np.stack(advised, 1), after.x), np.stack(warned, 1))
+        advice = np.where(good[:, None], np.stack(advised, 1), after.x)
+        return Said(kinds, advice, np.stack(warned, 1), verdicts, judges)
 
-    def _verdicts(self, moments: Moments[State], landscapes: Landscapes) -> tuple[Bools, Bools]:
-        """The rows of which a proposal deserves praise, and those of which one deserves blame."""
+    def _verdicts(self, moments: Moments[State], landscapes: Landscapes) -> tuple[np.ndarray, np.ndarray]:
+        """The numbers of praises and of blames, of shape (rows, 2), and whether the whole proposal has either."""
         start, before, after = _points(moments.before.x), moments.before.y, moments.after.y
         end = _points(moments.action)
         changed = _differ(before, after) & ~moments.success
-        praise, blame = moments.success | (changed & (after < before)), changed & (after >= before)
+        whole = np.stack([moments.success | (changed & (after < before)), changed & (after >= before)], 1)
+        number = whole.astype(np.int64)
         for alone in ((end[0], start[1]), (start[0], end[1])):
             loss = landscapes.value(alone)
             judged = _differ(before, loss) & ((alone[0] != start[0]) | (alone[1] != start[1]))
-            praise = praise | (judged & (loss < before))
-            blame = blame | (judged & (loss >= before))
-        return praise, blame
+            number += np.stack([judged & (loss < before), judged & (loss >= before)], 1)
+        return number, whole
 
     def _steps(self, x: Points, y: Floats, landscapes: Landscapes, rows: np.ndarray) -> tuple[Bools, Points]:
         """The rows, of `rows`, with a point to advise, and the points."""

@@ -4,6 +4,7 @@ import copy
 import pickle
 from types import SimpleNamespace
 
+import gymnasium
 import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
@@ -209,3 +210,20 @@ def test_the_named_rewards_are_those_of_the_seats():
 def test_what_arrays_cannot_do_is_refused(change, message):
     with pytest.raises(ValueError, match=message):
         batch_of(GRID, 2, **change)
+
+
+def test_a_teachers_numbers_are_those_of_the_scalar_environment():
+    common = {"student": LEARNER, "episodes": 3, "max_turns": 8, "budget": 4, "announce": True, "teacher_numbers": True}
+    batch = gymnasium.make_vec("teacher/gridworld-v0", num_envs=6, pool=4, **common)
+    scalar = gymnasium.make("teacher/gridworld-v0", **common)
+    seen, infos = batch.reset(seed=1)
+    assert (batch.fields, batch.single_observation_space) == (scalar.unwrapped.fields, scalar.observation_space)
+    assert [field.name for field in batch.fields] == ["available", "features", "lifetime"]
+    lessons, rng = [batch.lesson(row) for row in range(6)], np.random.default_rng(0)
+    for _ in range(12):
+        actions = rng.integers(batch.single_action_space.n, size=6)
+        seen, _, _, _, infos = batch.step(actions)
+        steps = [lesson.step(int(action)) for lesson, action in zip(lessons, actions, strict=True)]
+        np.testing.assert_array_equal(seen, [observation for observation, *_ in steps])
+        np.testing.assert_array_equal(infos["action_mask"], [info["action_mask"] for *_, info in steps])
+        np.testing.assert_array_equal(batch.action_masks(), infos["action_mask"].astype(bool))

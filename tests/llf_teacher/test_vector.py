@@ -368,3 +368,63 @@ def test_equal_options_share_a_pool():
     assert houses(2) == houses(3)
     assert houses(2) != houses(2, num_rooms=19) != houses(2, num_rooms=19, town=1)
     assert _pool_of.cache_info().misses == 3
+
+
+@pytest.mark.parametrize("id", IDS)
+@settings(max_examples=3, deadline=None, derandomize=True)
+@given(seed=st.integers(0, 2**31), feedback_type=st.sampled_from(["a", "r+hn", "fp", "hp+fn"]), turns=st.integers(1, 7))
+def test_numbers_are_those_of_the_scalar_environment(id, seed, feedback_type, turns):
+    """To the last bit, from a reset on and from any row on."""
+    common = {"numbers": True, "feedback_type": feedback_type, "max_turns": turns}
+    batch, rows = batch_of(id, 8, **common), range(8)
+    scalars = [llf_teacher.make(id, **common) for _ in rows]
+    assert batch.fields == scalars[0].fields
+    assert batch.single_observation_space == scalars[0].observation_space
+    seen, _ = batch.reset(seed=seed)
+    np.testing.assert_array_equal(seen, [env.reset(seed=seed + row)[0] for row, env in enumerate(scalars)])
+    lessons, rng = [batch.lesson(row) for row in rows], np.random.default_rng(seed)
+    for _ in range(turns):
+        actions = actions_of(batch, rng)
+        seen, *_ = batch.step(actions)
+        expected = [lesson.step(action.tolist())[0] for lesson, action in zip(lessons, actions, strict=True)]
+        np.testing.assert_array_equal(seen, expected)
+        assert batch.single_observation_space.contains(seen[0])
+
+
+@pytest.mark.parametrize("mode", ["sync", "vector_entry_point"])
+@pytest.mark.parametrize("id", [GRID, "teacher/gridworld-v0"])
+def test_every_mode_renders_as_gymnasiums_vectors_do(id, mode):
+    options = {"pool": 4} if mode != "sync" else {}
+    for render_mode, kind in (("ansi", str), ("rgb_array", np.ndarray)):
+        envs = gymnasium.make_vec(id, num_envs=2, vectorization_mode=mode, render_mode=render_mode, **options)
+        envs.reset(seed=0)
+        frames = envs.render()
+        assert (len(frames), envs.render_mode) == (2, render_mode)
+        assert all(isinstance(frame, kind) for frame in frames)
+        assert render_mode in envs.metadata["render_modes"]
+        envs.close()
+
+
+def test_arrays_open_no_windows():
+    with pytest.raises(ValueError, match="render_mode 'human' is not supported in arrays; allowed: None, ansi, rgb_"):
+        gymnasium.make_vec(GRID, num_envs=2, render_mode="human")
+    assert gymnasium.make_vec(GRID, num_envs=2, pool=4).render() is None
+
+
+@pytest.mark.parametrize(
+    ("actions", "match"),
+    [
+        ([0, 1], r"actions must be integers of shape \(3,\), got int64 of shape \(2,\)"),
+        ([0, 4, 1], r"action 4 of row 1 is not in Discrete\(4\); nothing has changed"),
+    ],
+)
+def test_a_wrong_batch_names_the_row(actions, match):
+    batch = batch_of(GRID, 3)
+    batch.reset(seed=0)
+    with pytest.raises(ValueError, match=match):
+        batch.step(np.array(actions))
+
+
+def test_an_option_that_arrays_lack_is_named():
+    with pytest.raises(ValueError, match=r"in arrays \(vectorization_mode='sync' takes more\).*text"):
+        batch_of(GRID, 2, text=True)

@@ -13,8 +13,10 @@ from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
+from llf_teacher.gym.seat_env import SeatEnv
 from llf_teacher.registry import entry
 from pz_envs.settings import FIELDS, Settings
+from pz_envs.window import FPS
 from teachers.atoms import Moment
 from teachers.batches import Moments
 from teachers.feedback import MIXED, parse_kinds
@@ -22,6 +24,9 @@ from teachers.session import BIT
 from teachers.spec import is_count
 from worlds.batches import ALL, Bools, Floats, Ints, Rows, merged
 from worlds.batches.streams import Streams
+
+SHOWN = frozenset(("render_mode", "theme"))
+"""The settings of what is rendered."""
 
 
 class RowsEnv(VectorEnv[Any, Any, Any]):
@@ -40,6 +45,7 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
         ValueError: an argument is not allowed.
     """
 
+    metadata = {"render_modes": ["ansi", "rgb_array"], "render_fps": FPS}  # noqa: RUF012 (Gymnasium's convention)
     moments: Moments[Any]
     """The last turn in each row."""
 
@@ -67,7 +73,12 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
             elsewhere=self.family.elsewhere,
             **defaults,
         )
-        self.num_envs = num_envs
+        self.num_envs, self.render_mode = num_envs, self.settings.render_mode
+        if self.render_mode not in (None, *self.metadata["render_modes"]):
+            raise ValueError(
+                f"render_mode {self.render_mode!r} is not supported in arrays; allowed: None, ansi, rgb_array; others: "
+                "vectorization_mode='sync'"
+            )
         self.max_turns = self.settings.max_turns or self.family.max_turns
         self.mode = AutoresetMode(autoreset_mode)
         self.metadata = {**self.metadata, "autoreset_mode": self.mode}
@@ -249,6 +260,14 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
         action = worlds.world.legal(now.action[row].tolist())
         success, over = bool(now.success[row]), bool(now.over[row])
         return Moment(worlds.truth(now.before, row), action, float(now.reward[row]), after, success, turn, over)
+
+    @abstractmethod
+    def lesson(self, row: int) -> SeatEnv:
+        """The scalar environment in a row's state."""
+
+    def render(self) -> tuple[Any, ...] | None:
+        """What each row renders, as Gymnasium's vector environments give it; None without a render mode."""
+        return None if self.render_mode is None else tuple(self.lesson(row).render() for row in range(self.num_envs))
 
     def _check_row(self, row: Any) -> int:
         if self._done is None:

@@ -9,14 +9,17 @@ from gymnasium import spaces
 from gymnasium.vector import AutoresetMode
 
 from llf_teacher.gym.student_env import StudentEnv
-from llf_teacher.gym.vector.rows import RowsEnv, wanted_kinds
+from llf_teacher.gym.vector.rows import SHOWN, RowsEnv, wanted_kinds
+from pz_envs.numbers import Field, Numbers, RowClaims
 from pz_envs.settings import FIELDS, Settings, SettingsKeywords, takes_settings
 from pz_envs.teacher_view import SUBSET_BITS
 from teachers.atoms import FN, FP, KINDS, R, Utterance
+from teachers.batches import Said
 from teachers.session import BIT
 from worlds.batches import Bools, Floats, Ints, Rows
 
-_USED = frozenset(("teacher", "feedback_type", "instruction_type", "voice", "paraphrase", "max_turns", "until_success"))
+_TEACHER = ("teacher", "feedback_type", "instruction_type", "voice", "paraphrase")
+_USED = SHOWN | {*_TEACHER, "max_turns", "until_success", "numbers"}
 
 
 class StudentVectorEnv(RowsEnv):
@@ -27,6 +30,7 @@ class StudentVectorEnv(RowsEnv):
         `told`: the reward in the claim of kind r, 0 without one;
         `advised`, `warned`: the action that fp advises and that fn warns of; without one, -1 of a Discrete and the
         centre of a Box. The claims of kind hp and hn are about the action that was taken.
+    With `numbers=True` it is one flat Box, float32, of the same numbers and `fields` as that of `StudentEnv`.
     Action: the world's. Info: `success`.
 
     `lesson` gives a row as a scalar environment, `words` the teacher's words in some rows.
@@ -38,8 +42,8 @@ class StudentVectorEnv(RowsEnv):
         autoreset_mode: one of Gymnasium's.
         keywords: fields of `pz_envs.settings.Settings` that replace those, the world's options, and those of the
             family's batch, such as `pool`. Allowed are `teacher` (only `oracle`), `feedback_type` (not `m`: it is the
-            same in each turn), `max_turns`, `until_success`, and for `words` and `lesson` also `instruction_type`,
-            `voice` and `paraphrase`.
+            same in each turn), `max_turns`, `until_success`, `numbers`, `render_mode` and `theme`, and for `words` and
+            `lesson` also `instruction_type`, `voice` and `paraphrase`.
 
     Raises:
         ValueError: an argument is not allowed.
@@ -73,10 +77,16 @@ class StudentVectorEnv(RowsEnv):
             "advised": named,
             "warned": named,
         }
-        self._set_spaces(spaces.Dict(space), world.action_space)
+        self.numbers = Numbers(world, self.max_turns) if self.settings.numbers else None
+        self._set_spaces(self.numbers.space if self.numbers else spaces.Dict(space), world.action_space)
 
     def __repr__(self) -> str:
         return self._repr(teacher="oracle", feedback_type=self.settings.feedback_type)
+
+    @property
+    def fields(self) -> tuple[Field, ...]:
+        """The fields of a row's observation in numbers, in their order; empty without `numbers=True`."""
+        return () if self.numbers is None else self.numbers.fields
 
     def lesson(self, row: int) -> StudentEnv:
         """The scalar environment in a row's state, after the teacher has spoken.
@@ -111,9 +121,12 @@ class StudentVectorEnv(RowsEnv):
         over, terminated = self.moments.over[rows], self.terminated(rows)
         return self.moments.reward[rows], terminated, over & ~terminated
 
-    def _observe(self) -> dict[str, Any]:
-        kinds, advised, warned = self.oracle.judge(self.moments)
-        kinds = kinds & self._wanted
+    def _observe(self) -> Any:
+        said, moments = self.oracle.judge(self.moments), self.moments
+        kinds, advised, warned = said.kinds & self._wanted, said.advised, said.warned
+        if self.numbers is not None:
+            claims = _claims_of(said, moments.action)
+            return self.numbers.of_rows(self.worlds.observe(), moments.turn, moments.reward, kinds, claims)
         return {
             "observation": self.worlds.observe(),
             "said": SUBSET_BITS.take(kinds, axis=0),
@@ -129,6 +142,17 @@ class StudentVectorEnv(RowsEnv):
 
     def _infos(self) -> dict[str, Any]:
         return {"success": self.moments.success.copy(), "_success": np.ones(self.num_envs, bool)}
+
+
+def _claims_of(said: Said, action: npt.NDArray[Any]) -> RowClaims:
+    """What is said, by kind: r, hp, hn, fp, fn."""
+    number = np.ones((len(action), len(KINDS)), np.int64)
+    named = number.astype(bool)
+    if said.verdicts is not None:
+        number[:, 1:3] = said.verdicts
+    if said.judges is not None:
+        named[:, 1:3] = said.judges
+    return RowClaims(number, named, (action, action, action, said.advised, said.warned))
 
 
 def _named(space: spaces.Space[Any]) -> tuple[spaces.Space[Any], Any]:

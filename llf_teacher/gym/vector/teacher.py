@@ -12,7 +12,7 @@ from gymnasium.vector import AutoresetMode
 from llf_teacher.gym.lifetime import NEAR
 from llf_teacher.gym.teacher_env import TeacherEnv
 from llf_teacher.gym.vector.lifetimes import Lifetimes, columns
-from llf_teacher.gym.vector.rows import RowsEnv, wanted_kinds
+from llf_teacher.gym.vector.rows import SHOWN, RowsEnv, wanted_kinds
 from llf_teacher.students.batches import learners
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import Student, frozen
@@ -27,7 +27,8 @@ from teachers.spec import is_count, unknown
 from worlds.batches import Bools, Floats, Ints, Rows, chosen, merged, most
 from worlds.batches.streams import Streams
 
-_USED = frozenset(("feedback_type", "cost", "budget", "teacher_reward", "max_turns", "until_success"))
+_PRICES = ("cost", "budget", "teacher_reward")
+_USED = SHOWN | {"feedback_type", *_PRICES, "teacher_numbers", "max_turns", "until_success"}
 _COUNT = SUBSET_BITS.sum(1)
 _FIRST = (SUBSET_BITS.cumsum(1)[:, None] <= np.arange(len(KINDS) + 1)[:, None]) & (SUBSET_BITS[:, None] > 0)
 WITHIN = (_FIRST * [BIT[kind] for kind in KINDS]).sum(2).astype(np.uint8)
@@ -70,7 +71,8 @@ class TeacherVectorEnv(RowsEnv):
         autoreset_mode: one of Gymnasium's.
         keywords: fields of `pz_envs.settings.Settings` that replace those, the world's options, and those of the
             family's batch, such as `pool`. Allowed are `feedback_type` (not `m`: it is the same in each turn), `cost`,
-            `budget`, `teacher_reward` (a name of `pz_envs.rewards`), `max_turns` and `until_success`.
+            `budget`, `teacher_reward` (a name of `pz_envs.rewards`), `teacher_numbers`, `max_turns`, `until_success`,
+            `render_mode` and `theme`.
 
     Raises:
         ValueError: an argument is not allowed.
@@ -120,11 +122,14 @@ class TeacherVectorEnv(RowsEnv):
         """The statistics of the lifetimes."""
         self.spent = np.zeros(num_envs, np.int64)
         """Atoms said in each lifetime, int64 (rows,)."""
-        self._trimmed = np.zeros(num_envs, np.int64)
+        self._trimmed, self._everywhere = np.zeros(num_envs, np.int64), np.ones(num_envs, bool)
         self._finished = np.zeros(num_envs, bool)
         self._start = self.worlds.state
         scalar = self._scalar(spec)
         self._low, self._high = scalar.teacher_view.low, scalar.teacher_view.high
+        self.fields = scalar.fields
+        """The fields of a row's observation, in their order; empty without `teacher_numbers=True`."""
+        self._flat = scalar.flat
         self.subsets = scalar.subsets
         """The subset of kinds that each action says."""
         self._subsets = np.array(self.subsets)
@@ -245,10 +250,10 @@ class TeacherVectorEnv(RowsEnv):
             self.students.begin(on)
             self.lives.arrive(on, self.worlds.place(on))
 
-    def _observe(self) -> dict[str, Any]:
+    def _observe(self) -> Any:
         moments = self.moments
-        kinds, self._advised, self._warned = self.oracle.judge(moments)
-        self._kinds = kinds & self._wanted
+        said = self.oracle.judge(moments)
+        self._kinds, self._advised, self._warned = said.kinds & self._wanted, said.advised, said.warned
         share = np.ones(self.num_envs)
         if self.budget is not None:
             share = np.maximum(self.budget - self.spent, 0) / self.budget
@@ -256,7 +261,7 @@ class TeacherVectorEnv(RowsEnv):
         self._best = most(self._values)
         importance = np.minimum(self._best + most(-self._values), self.oracle.oracle.max_importance)
         paid = np.clip(moments.reward, self._low, self._high)
-        observed = {
+        observed: dict[str, npt.NDArray[Any]] = {
             "available": SUBSET_BITS.take(self._available(), axis=0),
             "features": columns(moments.turn / self.max_turns, paid, importance, share, moments.over),
             "action_mask": self._mask(),
@@ -271,7 +276,7 @@ class TeacherVectorEnv(RowsEnv):
             mistake = announced & (worth < self._best - NEAR)
             way = np.where(moments.over, 0, self.oracle.plan_length(moments.after, self.max_turns))
             observed["lifetime"] = self.lives.features(announced, mistake, way)
-        return observed
+        return observed if self._flat is None else self._flat.of(observed, self.num_envs)
 
     def _available(self) -> Ints:
         return self._kinds if self.budget is None else np.where(self.spent < self.budget, self._kinds, 0)
@@ -281,11 +286,12 @@ class TeacherVectorEnv(RowsEnv):
         return self._legal.take(np.where(self._finished, 0, self._available()), axis=0)
 
     def _infos(self) -> dict[str, Any]:
-        return {
+        masked = {} if self._flat is None else {"action_mask": self._mask(), "_action_mask": self._everywhere}
+        return masked | {
             "intention": self._intention,
             "_intention": self._intention >= 0,
             "trimmed": self._trimmed.copy(),
-            "_trimmed": np.ones(self.num_envs, bool),
+            "_trimmed": self._everywhere.copy(),
         }
 
 

@@ -1,0 +1,58 @@
+"""Personalities that choose by numbers: what was trained in the teacher's seat, with its numbers, teaches anywhere."""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from teachers.atoms import KINDS
+from teachers.personality import Claims, Personality, Stage, View
+from teachers.session import BIT
+from teachers.spec import Count
+
+__all__ = ["ChoosesKinds"]
+
+
+class _Choice(Stage["ChoosesKinds"]):
+    """Asks the personality in each turn."""
+
+    def speak(self, claims: Claims, view: View) -> Claims:
+        moment, said = view.moment, {claim.kind for claim in claims}
+        numbers = (
+            *(kind in said for kind in KINDS),
+            moment.turn / self.spec.max_turns,
+            moment.reward,
+            view.importance(),
+            1.0,
+            moment.over,
+        )
+        subset = self.spec.choose(np.array(numbers, np.float32))
+        return [claim for claim in claims if claim.kind is None or subset & BIT[claim.kind]]
+
+
+@dataclass(frozen=True)
+class ChoosesKinds(Personality, ABC):
+    """Says the kinds of feedback that `choose` returns, of what the oracle, or the personality before it, has to say.
+
+    A subclass overrides `choose`. It sees what a teacher with `speech="kinds"` and `teacher_numbers=True` observes in
+    an episode without a budget: `available`, then `features`.
+    """
+
+    max_turns: Count = 20
+    """The student's turns in an episode, as where the teacher was trained."""
+    stage = _Choice
+
+    @property
+    def needs(self) -> frozenset[str]:
+        """The oracle must tell what is at stake."""
+        return frozenset(("importance",))
+
+    @abstractmethod
+    def choose(self, numbers: npt.NDArray[Any]) -> int:
+        """The subset of the kinds to say, 0 to 31, bit i for kind i.
+
+        Args:
+            numbers: float32 of shape (10,).
+        """
