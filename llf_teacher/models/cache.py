@@ -192,8 +192,8 @@ class Cache:
 
         Returns:
             Per model its name, the number of requests that were charged, or may have been (`requests`), their tokens,
-            their price in USD, the number of those of unknown price (`unpriced`), the number of requests that were sent,
-            and of those without a reply (`lost`).
+            their price in USD, the number of those of unknown price (`unpriced`), the number of requests that were
+            sent, and of those without a reply (`lost`).
         """
         names = ("model", "requests", "input_tokens", "output_tokens", "usd", "unpriced")
         sums = "count(*), coalesce(sum(input_tokens), 0), coalesce(sum(output_tokens), 0), total(usd), sum(usd IS NULL)"

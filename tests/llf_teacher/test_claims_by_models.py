@@ -6,10 +6,12 @@ import json
 import pytest
 from endpoints import KEY, files_with
 
-from llf_teacher.models.testing import ScriptedEndpoint
+from llf_teacher.models import LLMError
+from llf_teacher.models.testing import ScriptedEndpoint, refusal
 from llf_teacher.speakers.llm_teacher import LLMTeacher
 from llf_teacher.studies import run
 from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.execution.runner import RunOptions
 from llf_teacher.tools.audit import audit
 from teachers.atoms import Label
@@ -120,12 +122,24 @@ def test_a_hostile_model_is_counted_and_plays_to_the_end(tmp_path, monkeypatch, 
     [
         ({"says": "nothing"}, "unknown value of says 'nothing'; allowed: words, claims"),
         ({"filter": True}, "filter must be False, or True with says='claims', got True"),
+        ({"answer": "xml"}, "unknown value of answer 'xml'; allowed: json, text"),
         ({"says": "claims", "filter": 1}, "filter must be False, or True with says='claims', got 1"),
     ],
 )
 def test_what_is_not_allowed(settings, match):
     with pytest.raises(ValueError, match=match):
         LLMTeacher("m", "http://localhost:1/v1", **settings)
+
+
+def test_an_endpoint_without_json_schemas_is_asked_by_the_prompt(tmp_path):
+    def picky(request):
+        return refusal("response_format") if "response_format" in request else '{"claims": []}'
+
+    with ScriptedEndpoint(picky) as server:
+        with pytest.raises(LLMError, match="give another answer, such as answer='text'"):
+            play(next(Study(ids=[GRID], teachers=[spec(server.url)], students=["random"], seeds=1).episodes()))
+        results = played(tmp_path / "s.db", spec(server.url, answer="text"), ids=[GRID], seeds=1, max_turns=2)
+    assert not any(turn["unbuilt"] for turn in turns_of(results))
 
 
 def test_the_manifest_has_the_prompt_of_claims():

@@ -140,9 +140,7 @@ def test_an_endpoint_that_is_always_slow(tmp_path):
         endpoint(server.url, tmp_path / "c.db", timeout=0.1, retries=2).ask(REQUEST)
     time.sleep(0.2)  # a fourth would be on its way
     assert len(server.requests) == 3
-    assert spending(f"{tmp_path / 'c.db'}") == [
-        NOTHING | {"requests": 3, "unpriced": 3, "sent": 3, "lost": 3}
-    ]
+    assert spending(f"{tmp_path / 'c.db'}") == [NOTHING | {"requests": 3, "unpriced": 3, "sent": 3, "lost": 3}]
 
 
 @pytest.mark.usefixtures("soon")
