@@ -9,6 +9,8 @@ from typing import Any, NamedTuple
 from pz_envs.answers import Parted, split_thought
 
 _TOKENS = 1e6  # prices are per million
+LONGEST = 1_000_000
+"""Maximum length of an answer, and of the thoughts beside it, in characters; the rest is dropped, as if never sent."""
 _MOST_TOKENS = 10**9  # of one reply; a greater number is not a count
 LENGTH, FILTERED, REFUSED = "length", "content_filter", "refusal"
 """Reasons why an answer is incomplete, or says in a field of its own why there is none."""
@@ -97,10 +99,11 @@ def read(reply: str, prices: Prices | None) -> tuple[Answer | None, Usage]:
         raw, finish = declined, REFUSED
     elif finish == "stop" and not (raw or calls):  # the endpoint took the whole answer for thoughts
         raw, reasoning = reasoning, ""
+    raw = "\n".join(calls) or raw
     answer = Answer(
-        raw="\n".join(calls) or raw,
-        reasoning=reasoning,
-        finish=finish,
+        raw=raw[:LONGEST],
+        reasoning=reasoning[:LONGEST],
+        finish=finish if len(raw) <= LONGEST else LENGTH,
         model=_text(_part(data, "model")),
         usage=usage,
         call=_text(_part(message, "tool_calls", 0, "id")) or "call_0" if calls else "",

@@ -10,7 +10,7 @@ import numpy as np
 from llf_teacher.models.model import AsksModel, Model
 from llf_teacher.speakers.speaker import Speaker
 from teachers.atoms import FN, FP, Atom, Claim, Moment, ParseFailure, Utterance
-from teachers.schema import Message, Vocabulary, find_message
+from teachers.schema import LONGEST_TEXT, Message, Vocabulary, find_message
 from teachers.spec import check_range, unknown
 
 KNOWS = ("claims", "nothing")
@@ -70,7 +70,7 @@ class _Policy:
         asked = {"role": "user", "content": question}
         form = _form(vocabulary) if spec.says == "claims" and spec.answer == "json" else None
         words = self._model.answer([{"role": "system", "content": self._system}, *past, asked], form).text.strip()
-        self._past += [asked, {"role": "assistant", "content": words or "(nothing)"}]
+        self._past += [asked, {"role": "assistant", "content": words[:LONGEST_TEXT] or "(nothing)"}]
         return self._message(words, moment, vocabulary) if spec.says == "claims" else words
 
     def _message(self, words: str, moment: Moment[Any], vocabulary: Vocabulary) -> Message:

@@ -29,6 +29,7 @@ _REVIEW = (
     "episodes of this task, in at most {most} words and nothing else. All else is forgotten; so are earlier notes."
 )
 _NOTES = "\n\nYour notes of earlier episodes:\n{notes}"
+_LONGEST = 20_000  # characters of an answer that are sent back
 _LETTERS = 10  # of a word of the notes, at most on average
 Message = dict[str, Any]
 _TOKENS_PER_BYTE = 1 / 3  # until an endpoint gives a count
@@ -182,7 +183,7 @@ class Conversation:
         """
         parted = split_thought(text)
         self.said, self.invented = first_answer(parted.answer, self._world)
-        self._turns.append(Exchange(self._asked, self.said, call))
+        self._turns.append(Exchange(self._asked, self.said[:_LONGEST], call))
         if input_tokens:
             self._per_byte = min(max(input_tokens / self._bytes, _SPAN[0]), _SPAN[1])
         action, thought = action_in(self.form, self.said)

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import time
 
 import pytest
 from endpoints import KEY, files_with
@@ -115,6 +116,44 @@ def test_a_hostile_model_is_counted_and_plays_to_the_end(tmp_path, monkeypatch, 
     said = [atom["fields"].get("room") for turn in turns for atom in turn["atoms"]]
     assert said == ([] if filter else ["***"])
     assert not files_with(KEY, tmp_path)
+
+
+LONG = 1_500_000
+HUGE = {
+    "lists": '{"claims": ' + "[" * LONG,
+    "objects": '{"claims": [{"type": ' * (LONG // 21),
+    "many claims": json.dumps({"claims": [{"type": "Reward", "reward": 0.5}] * (LONG // 40)}),
+    "many sentences": json.dumps({"claims": [{"type": "Solved"}] * 32, "text": "Go. " * 2_000}),
+    "a long sentence": json.dumps({"claims": [{"type": "Solved"}] * 32, "text": "Go " * 2_700}),
+    "many keys": json.dumps({"claims": [{f"k{n}": 0 for n in range(LONG // 12)}]}),
+    "a long name": json.dumps({"claims": [{"type": "Go" * (LONG // 2)}]}),
+    "a long plan": json.dumps({"claims": [{"type": "Plan", "actions": ["north"] * (LONG // 10)}]}),
+    "words": "Go north. " * (LONG // 10),
+}
+
+
+def test_huge_answers_take_bounded_time_and_memory(tmp_path):
+    """Each of more than a megabyte, but for sentences; they are counted, cut in records, and sent back in part."""
+    answers = iter(HUGE.values())
+    with ScriptedEndpoint(lambda request: next(answers, "{}")) as server:
+        began = time.process_time()
+        results = played(tmp_path / "s.db", spec(server.url), ids=[GRID], seeds=1, max_turns=len(HUGE) + 1)
+        seconds = time.process_time() - began
+    turns = [turn for turn in turns_of(results) if turn["turn"]]
+    assert len(turns) == len(server.requests) == len(HUGE) + 1
+    assert all(turn["unbuilt"] for turn in turns[:3] + turns[5:9])
+    assert len(json.dumps(server.requests[-1])) < 200_000, "nine answers of 1.5 MB came before"
+    assert sum(len(turn["feedback"]) for turn in turns) < 100_000
+    assert seconds < 20
+
+
+def test_a_student_sends_back_a_part_of_a_huge_answer():
+    with ScriptedEndpoint(lambda request: "Response: " * (LONG // 10)) as server:
+        student = f"llm(model='m', base_url='{server.url}')"
+        record = play(next(Study(ids=[GRID], teachers=["oracle"], students=[student], seeds=1, max_turns=3).episodes()))
+    assert [len(json.dumps(request)) // 20_000 for request in server.requests] == [0, 1, 2]
+    assert (record.episode.parse_failures, record.episode.truncated) == (3, 3)
+    assert len(record.turns[1].answer) <= 1_000_000
 
 
 @pytest.mark.parametrize(
