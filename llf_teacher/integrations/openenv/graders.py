@@ -21,8 +21,8 @@ from pz_envs.family import all_families
 
 ROLES = {"ceiling": ("oracle", "oracle"), "floor": ("silent", "text_only"), "canary": ("mistake(eps=1)", "text_only")}
 """Teacher and student of each reference: the student of the last two does what the teacher's words say."""
-MARGIN = 0.1
-"""The canary's score must not be above this."""
+HALF = 0.5
+"""The canary's score must be below this: nearer to the floor than to the ceiling."""
 SEEDS, TURNS = 3, 5
 """Episodes of a reference, and turns of a canary that is written."""
 
@@ -67,7 +67,7 @@ def main(arguments: list[str] | None = None) -> int:
     wrong = 0
     for id in given.ids or [f"{PREFIX}{family.showcase[0]}" for family in all_families()]:
         found = regrets(id)
-        fine = found["ceiling"] < found["floor"] and score(found["canary"], found) <= MARGIN
+        fine = found["ceiling"] < found["floor"] and score(found["canary"], found) < HALF
         wrong += not fine
         parts = (f"{role} {regret:.4g}" for role, regret in found.items())
         typer.echo(f"{'ok' if fine else 'WRONG'}  {id}: mean regret of {', '.join(parts)}")

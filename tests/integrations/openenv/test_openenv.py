@@ -117,7 +117,7 @@ def test_the_client_is_a_package_of_its_own(server, tmp_path):
 
 
 def test_the_graders(capsys):
-    """The oracle is the ceiling, silence the floor, and whom a liar teaches stays there."""
+    """The oracle is the ceiling, silence the floor, and whom a liar teaches ends nearer to it."""
     assert graders.main([GRID, "llf-poem-Haiku-v0", "llf-bandits-BanditTenArmedRandomFixed-v0"]) == 0
     assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == ["ok"] * 3
     found = graders.regrets(GRID)
