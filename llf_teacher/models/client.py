@@ -24,6 +24,7 @@ from llf_teacher.models.replies import FILTERED, Answer, Prices, Usage, read, se
 from llf_teacher.models.retries import PassingError, asked_for, may_pass, pause
 from llf_teacher.models.settings import BUDGET, RETRIES, TIMEOUT, ClientSettings
 from llf_teacher.models.waiting import loop, wait_for
+from worlds.extras import pip_install
 
 _TOKENS = 1e6  # prices are per million
 _EXCERPT = 300
@@ -330,6 +331,6 @@ def check_extra() -> None:
     """
     if importlib.util.find_spec("openai") is None:
         raise ModuleNotFoundError(
-            "asking a language model needs 'openai', which is not installed; run: pip install 'llf-teacher[llm]'",
+            f"asking a language model needs 'openai', which is not installed; run: {pip_install('llm')}",
             name="openai",
         )

@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import socket
 import subprocess
 import sys
@@ -92,18 +93,9 @@ def test_the_typed_client(server):
 
 def test_the_client_is_a_package_of_its_own(server, tmp_path):
     """Without the rest of llf_teacher, as its `pyproject.toml` says."""
-    command = [
-        sys.executable,
-        "-m",
-        "pip",
-        "install",
-        "-q",
-        "--no-deps",
-        "--no-build-isolation",
-        "-t",
-        tmp_path,
-        FOLDER,
-    ]
+    shutil.copytree(FOLDER, tmp_path / "source")  # building leaves files behind
+    where = ["--no-build-isolation", "-t", tmp_path, tmp_path / "source"]
+    command = [sys.executable, "-m", "pip", "install", "-q", "--no-deps", *where]
     subprocess.run(command, check=True, timeout=300)
     program = (
         "import sys; from llf_teacher_env import FeedbackAction, FeedbackEnv\n"
