@@ -19,6 +19,7 @@ from pettingzoo import register
 from pz_envs.learning import Learning, check_learning
 from pz_envs.subject import TUTORING, Subject, seating_names
 from teachers.spec import signature_of
+from worlds.extras import pip_install
 
 if TYPE_CHECKING:
     from teachers.batches import OracleBatch
@@ -118,9 +119,11 @@ class Family(Subject):
         try:
             return getattr(importlib.import_module(module or f"{package}.{self.name}"), name)
         except ModuleNotFoundError as error:
-            missing = f"{self.distribution}[{self.extra}]" if self.extra else self.distribution
+            ours = self.extra and self.distribution == "llf-teacher"
+            other = f"{self.distribution}[{self.extra}]" if self.extra else self.distribution
+            remedy = pip_install(self.extra) if ours else f"pip install '{other}'"
             raise ModuleNotFoundError(
-                f"the family {self.name!r} needs {error.name!r}, which is not installed; run: pip install '{missing}'",
+                f"the family {self.name!r} needs {error.name!r}, which is not installed; run: {remedy}",
                 name=error.name,
             ) from error
 

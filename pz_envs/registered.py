@@ -28,6 +28,7 @@ from teachers.planning import Planner
 from teachers.spec import unknown
 from teachers.teacher import Teacher
 from teachers.voice import Voice
+from worlds.extras import pip_install
 from worlds.world import World
 from worlds.wrapped.gym_world import GymWorld, same
 
@@ -278,9 +279,9 @@ def _import(module: str, id: str, given: bool) -> ModuleType:
             raise ValueError(
                 f"{id}: the module {module!r} cannot be imported: {error}; install it, or mend its name"
             ) from None
-        package = f"llf-teacher[{_EXTRAS[module]}]" if module in _EXTRAS else module
+        remedy = pip_install(_EXTRAS[module]) if module in _EXTRAS else f"pip install '{module}'"
         raise ModuleNotFoundError(
-            f"{id} needs {error.name!r}, which is not installed; run: pip install '{package}'", name=error.name
+            f"{id} needs {error.name!r}, which is not installed; run: {remedy}", name=error.name
         ) from error
     except Exception as error:  # a module of the user's own may raise anything
         raise ValueError(f"{id}: the module {module!r} cannot be imported: {error!r}") from error

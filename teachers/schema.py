@@ -19,7 +19,7 @@ from teachers.phrasebook import Phrasebook
 from teachers.spec import Range, unknown
 from worlds.world import World
 
-__all__ = ["Message", "Vocabulary", "find_message", "holds", "in_own_words", "names_of", "sentences_of"]
+__all__ = ["LONGEST_TEXT", "Message", "Vocabulary", "find_message", "holds", "in_own_words", "names_of", "sentences_of"]
 
 TYPE = "type"
 """The key that names a claim's class."""

@@ -16,11 +16,12 @@ from pz_envs.family import all_families
 from teachers.personality import PERSONALITIES
 from worlds.movies.catalogue import shipped
 
-LEARN, TRL = "# Needs the extra `learn`", "# Needs the extra `trl`"
+LEARN = "# Needs the extra `learn`"
+ELSEWHERE = tuple(f"# Needs the extra `{name}`" for name in ("trl", "gepa", "dspy"))  # tests/integrations runs them
 BLOCKS = [
     pytest.param(code, id=name, marks=[pytest.mark.full] if code.startswith(LEARN) else [])
     for name, code in python_blocks().items()
-    if not code.startswith(TRL)  # which tests/integrations runs
+    if not code.startswith(ELSEWHERE)
 ]
 
 

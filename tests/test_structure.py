@@ -19,7 +19,7 @@ from pz_envs.family import all_families
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("worlds", "teachers", "pz_envs", "llf_teacher")
 LAYERS = {  # per layer where the families are, and what is there besides
-    "worlds": ("worlds/*.py", {"__init__", "actions", "spaces", "testing", "towns", "world"}),
+    "worlds": ("worlds/*.py", {"__init__", "actions", "extras", "spaces", "testing", "towns", "world"}),
     "oracles": ("teachers/oracles/*.py", {"__init__"}),
     "phrases": ("teachers/phrases/*.toml", {"common"}),
     "declarations": ("pz_envs/families/*.py", {"__init__"}),

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from llf_teacher.cli import draw_off_screen, search_here
+from worlds.extras import pip_install
 
 
 def add_to(app: typer.Typer) -> None:
@@ -62,7 +63,7 @@ def serve(
         if error.name not in ("starlette", "uvicorn"):
             raise
         raise ModuleNotFoundError(
-            f"the page needs {error.name!r}, which is not installed; run: pip install 'llf-teacher[web]'",
+            f"the page needs {error.name!r}, which is not installed; run: {pip_install('web')}",
             name=error.name,
         ) from error
     from llf_teacher.studies.store import Store

@@ -5,6 +5,7 @@ from typing import Any, Unpack
 from gymnasium import spaces
 
 from llf_teacher.gym.seat_env import SeatEnv
+from llf_teacher.models.waiting import awaited
 from pz_envs.numbers import Field
 from pz_envs.settings import Settings, SettingsKeywords, takes_settings
 from pz_envs.subject import Subject
@@ -70,7 +71,7 @@ class StudentEnv(SeatEnv):
 
     def _begin_episode(self) -> tuple[Any, dict[str, Any]]:
         if self._policy is not None:
-            self._policy.reset(self.session.seeds.stream("teacher"))
+            awaited(self._policy.reset(self.session.seeds.stream("teacher")))
         self._speak()
         self._running = True
         if self.render_mode == "human":
@@ -142,4 +143,4 @@ class StudentEnv(SeatEnv):
 
     def _speak_by_policy(self) -> None:
         """The turn of a policy in the teacher's seat."""
-        self.session.say(self._policy.act(self.teacher_view.observe(), self.teacher_view.info()))
+        self.session.say(awaited(self._policy.act(self.teacher_view.observe(), self.teacher_view.info())))

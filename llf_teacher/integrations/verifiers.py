@@ -5,11 +5,12 @@ verifiers finds environments as modules of one name. A file `llf.py` with this l
     from llf_teacher.integrations.verifiers import LLFHarness, LLFSeats, LLFTaskset, __all__
 
 A trace has the return as its reward, what else `SCORES` names as metrics, and all turns, with what was said in them, in
-its info.
+its info. verifiers takes means of rewards and metrics over all traces. So if the tasks are of several families, whose
+returns and regrets have units of their own, success is the reward, and the metrics have neither.
 """
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -24,6 +25,9 @@ from pz_envs.family import all_families
 from pz_envs.settings import Settings
 
 __all__ = ["LLFHarness", "LLFSeats", "LLFTaskset"]
+
+_OF_UNITS = ("return", "regret")
+"""Scores in a unit of the family."""
 
 _TEACHING = """You teach a student who learns a task by doing it. The student was told this:
 
@@ -61,11 +65,16 @@ class LLFTaskset(vf.Taskset[LLFTask, LLFTasksetConfig]):
 
     def load(self) -> Iterator[LLFTask]:
         """The tasks, named by id and seed, as in `...-v0:7`."""
-        showcase = [f"{PREFIX}{name}" for family in all_families() for name in family.showcase]
-        ids = [entry(id).id for id in self.config.env_ids or showcase]
+        ids = _ids(self.config.env_ids)
         for seed in itertools.count(self.config.first_seed):
             for id in ids:
                 yield LLFTask(LLFData(name=f"{id}:{seed}", env_id=id, seed=seed), self.config.task)
+
+
+def _ids(given: Sequence[str]) -> list[str]:
+    """These ids, or the showcases of all families if there are none."""
+    showcase = [f"{PREFIX}{name}" for family in all_families() for name in family.showcase]
+    return [entry(id).id for id in given or showcase]
 
 
 class LLFHarness(vf.Harness[vf.HarnessConfig]):
@@ -123,8 +132,8 @@ class LLFSeatsConfig(vf.EnvConfig):
     voice: str = "plain"
     max_turns: int | None = Settings.max_turns
     """Turns of an episode; None: the family's."""
-    reward: str = "return"
-    """The score that is the reward, one of `SCORES`."""
+    reward: str = ""
+    """The score that is the reward, one of `SCORES`; empty: the return, or success if there are several families."""
 
 
 class LLFSeats(vf.Env[LLFSeatsConfig]):
@@ -132,8 +141,17 @@ class LLFSeats(vf.Env[LLFSeatsConfig]):
 
     def __init__(self, config: LLFSeatsConfig) -> None:
         super().__init__(config)
-        if config.reward not in SCORES:
+        ids = _ids(getattr(config.taskset, "env_ids", ()))
+        families = sorted({entry(id).family.name for id in ids})
+        self._reward = config.reward or ("return" if len(families) == 1 else "success")
+        self._left_out = {self._reward, *(_OF_UNITS if len(families) > 1 else ())}
+        if self._reward not in SCORES:
             raise ValueError(f"reward must be one of {', '.join(SCORES)}, got {config.reward!r}")
+        if len(families) > 1 and self._reward in _OF_UNITS:
+            raise ValueError(
+                f"reward must be success for environments of several families ({', '.join(families)}), got "
+                f"{config.reward!r}, which has a unit of its own in each; give env_ids of one family, or another reward"
+            )
 
     async def run(self, task: LLFTask, agents: vf.Agents) -> None:
         """Play it."""
@@ -156,9 +174,10 @@ class LLFSeats(vf.Env[LLFSeatsConfig]):
             dialogue.close()
         scores = dialogue.scores()
         for trace in traces:  # a teacher is worth what its student earns
-            trace.record_reward(config.reward, scores[config.reward])
-            trace.record_metrics({name: value for name, value in scores.items() if name != config.reward})
-            trace.info["llf_teacher"] = {"regret_unit": dialogue.env.family.regret_unit, "turns": dialogue.record()}
+            trace.record_reward(self._reward, scores[self._reward])
+            trace.record_metrics({name: value for name, value in scores.items() if name not in self._left_out})
+            unit = dialogue.env.family.regret_unit
+            trace.info["llf_teacher"] = {"regret_unit": unit, "scores": scores, "turns": dialogue.record()}
 
 
 async def _play(dialogue: Dialogue, task: LLFTask, agents: vf.Agents, teacher: vf.Interaction | None) -> vf.Trace:

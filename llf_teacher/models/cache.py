@@ -114,19 +114,21 @@ class Cache:
         pledge: int | None,
         sent: Sent = Sent(1),  # noqa: B008 (never changed here)
     ) -> None:
-        """Enter a reply into the ledger and its answer, if any, into the cache, in one transaction.
+        """Enter a reply, or a request that got none, into the ledger and its answer into the cache, in one transaction.
 
         Args:
             key: of the request.
             request: what was asked.
             answer: the answer in the reply; None if there is none.
-            usage: its cost.
+            usage: its cost. If that is unknown, it is what was pledged, so that a limit is kept.
             pledge: number of the pledge that the cost replaces.
             sent: the requests that were sent for it.
         """
         with self._writing() as db:
+            most = db.execute("SELECT usd FROM pledge WHERE id = ?", (pledge,)).fetchone() or (None,)
             _settle(db, pledge, request["model"], sent)
-            row = (time.time(), key, request["model"], usage.input_tokens, usage.output_tokens, usage.usd)
+            usd = most[0] if usage.usd is None else usage.usd
+            row = (time.time(), key, request["model"], usage.input_tokens, usage.output_tokens, usd)
             db.execute(
                 "INSERT INTO ledger (time, key, model, input_tokens, output_tokens, usd) VALUES (?, ?, ?, ?, ?, ?)", row
             )
@@ -189,9 +191,9 @@ class Cache:
         """The ledger's sums per model.
 
         Returns:
-            Per model its name, the number of replies (`requests`), their tokens, their price in USD, the number of
-            replies of unknown price (`unpriced`), the number of requests that were sent, and of those without a reply
-            (`lost`).
+            Per model its name, the number of requests that were charged, or may have been (`requests`), their tokens,
+            their price in USD, the number of those of unknown price (`unpriced`), the number of requests that were
+            sent, and of those without a reply (`lost`).
         """
         names = ("model", "requests", "input_tokens", "output_tokens", "usd", "unpriced")
         sums = "count(*), coalesce(sum(input_tokens), 0), coalesce(sum(output_tokens), 0), total(usd), sum(usd IS NULL)"

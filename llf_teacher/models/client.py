@@ -17,16 +17,19 @@ from urllib.parse import urlsplit
 
 from llf_teacher.models import LLMError, NoAnswerError, SpendingLimitError
 from llf_teacher.models.cache import Cache, Sent
+from llf_teacher.models.hints import UNREACHED, hint, is_page
 from llf_teacher.models.images import images_of
 from llf_teacher.models.refusals import adapted, refused
 from llf_teacher.models.replies import FILTERED, Answer, Prices, Usage, read, served
 from llf_teacher.models.retries import PassingError, asked_for, may_pass, pause
-from llf_teacher.models.settings import KEY, TIMEOUT, ClientSettings
+from llf_teacher.models.settings import BUDGET, RETRIES, TIMEOUT, ClientSettings
 from llf_teacher.models.waiting import loop, wait_for
+from worlds.extras import pip_install
 
 _TOKENS = 1e6  # prices are per million
 _EXCERPT = 300
 _IMAGE = 10_000  # tokens that an image of 512 pixels costs at most, beside its bytes
+_UNSENT = ("ConnectError", "ConnectTimeout")  # causes of errors before a request is sent, of any release of `httpx`
 _SECRET = 8  # minimum length of a key to mask; a shorter one may be in a text by chance
 _WAITS = 300.0  # seconds, more than all pauses between attempts
 _OF_ALL = (401, 403, 404, 408, 409, 429)  # statuses about key, address or time, not about the request
@@ -139,7 +142,8 @@ class Endpoint:
                 trouble = error
             if attempt < self._settings.retries:
                 time.sleep(pause(attempt, trouble.seconds))
-        raise LLMError(f"{self.base_url} sent no answer in {self._settings.retries + 1} attempts, at last: {trouble}")
+        attempts = f"{self._settings.retries + 1} attempts, at last: {trouble}"
+        raise LLMError(f"{self.base_url} sent no answer in {attempts}; {RETRIES} sets how many follow the first")
 
     def _once(self, key: str, whole: dict[str, Any], request: dict[str, Any], prices: Prices | None) -> Answer:
         """The answer in the next reply.
@@ -148,10 +152,11 @@ class Endpoint:
             PassingError: there is none, and another attempt may succeed.
         """
         pledge = self._pledge(request, prices)
-        answer, usage, sent = None, Usage(), Sent()
+        answer, usage, sent, charged = None, Usage(), Sent(), False
         try:
             started = time.monotonic()
             reply, unsent = self._reply(request, sent)
+            charged = not is_page(reply)
             answer, usage = read(reply, prices)
             self._compare(whole, "" if answer is None else answer.model)
             if answer is not None:
@@ -163,14 +168,17 @@ class Endpoint:
                     unsent=unsent,
                 )
         finally:
-            if answer is None and usage.input_tokens is None:
-                self._cache.release(pledge, request["model"], sent)
-            else:
+            if charged or sent.lost:
                 self._cache.add(key, whole, answer, usage, pledge, sent)
+            else:
+                self._cache.release(pledge, request["model"], sent)
         if answer is None:
-            raise PassingError(f"{self._clean(reply)[:_EXCERPT]!r}")
+            raise PassingError(f"{self._clean(reply)[:_EXCERPT]!r}{hint(200, reply)}")
         if self._settings.budget is not None and usage.usd is None:
-            raise LLMError(f"{self.base_url} gives no number of tokens, so that no spending limit can be kept")
+            raise LLMError(
+                f"{self.base_url} gives no number of tokens, so that no spending limit can be kept; ask it without "
+                f"{BUDGET} and --llm-budget"
+            )
         return answer
 
     def _reply(self, request: dict[str, Any], sent: Sent) -> tuple[str, tuple[str, ...]]:
@@ -183,8 +191,8 @@ class Endpoint:
             sent.requests += 1
             try:
                 reply, refusal = wait_for(self._post(body))
-            except PassingError as error:
-                sent.lost += error.lost
+            except BaseException as error:  # an interrupt, too, cuts what is under way
+                sent.lost += getattr(error, "lost", True)
                 raise
             if not refusal:
                 return reply, tuple(name for name in unsent if name in request)
@@ -211,6 +219,7 @@ class Endpoint:
             problem = self._describe(error)
             headers = error.response.headers if isinstance(error, openai.APIStatusError) else {}
             unreached = isinstance(error, openai.APIConnectionError)
+            unsent = _is_unsent(error)
         # Raised outside `except`: the client's own exception holds the request, and so the key.
         if isinstance(own, TimeoutError):
             seconds = f"{self._settings.timeout:g} seconds"
@@ -220,16 +229,16 @@ class Endpoint:
         if refusal is not None:
             return "", refusal
         if unreached or (status is not None and may_pass(status, headers)):
-            raise PassingError(problem, asked_for(headers), lost=unreached)
+            raise PassingError(problem, asked_for(headers), lost=unreached and not unsent)
         kind = NoAnswerError if status in range(400, 500) and status not in _OF_ALL else LLMError
         raise kind(f"{self.base_url} gave no answer: {problem}")
 
     def _describe(self, error: Exception) -> str:
         status = getattr(error, "status_code", None)
         wait = error.response.headers.get("retry-after") if status else None  # type: ignore[attr-defined]
-        hint = f"; set {KEY}" if status == 401 else f"; it asks to wait {wait} seconds" if wait else ""
         text = " ".join(dict.fromkeys(filter(None, map(str, [error] if status else _causes(error)))))
-        return f"{type(error).__name__}: {self._clean(text)[:_EXCERPT]}{hint}"
+        then = f"; it asks to wait {wait} seconds" if wait else UNREACHED if _is_unsent(error) else hint(status, text)
+        return f"{type(error).__name__}: {self._clean(text)[:_EXCERPT]}{then}"
 
     def _pledge(self, request: dict[str, Any], prices: Prices | None) -> int | None:
         """Reserve the maximum cost of the answer; wait while other requests have reserved too much."""
@@ -279,6 +288,11 @@ def _causes(error: BaseException | None) -> Iterator[BaseException]:
         error = error.__cause__ or error.__context__  # the network's own reason is in the suppressed context
 
 
+def _is_unsent(error: BaseException) -> bool:
+    """Whether an error came before the request was sent."""
+    return any(type(cause).__name__ in _UNSENT for cause in _causes(error))
+
+
 def _close(client: Any) -> None:
     """Close a client's connections, in the loop that opened them."""
     asyncio.run_coroutine_threadsafe(client.close(), loop())
@@ -317,6 +331,6 @@ def check_extra() -> None:
     """
     if importlib.util.find_spec("openai") is None:
         raise ModuleNotFoundError(
-            "asking a language model needs 'openai', which is not installed; run: pip install 'llf-teacher[llm]'",
+            f"asking a language model needs 'openai', which is not installed; run: {pip_install('llm')}",
             name="openai",
         )

@@ -38,7 +38,9 @@ class BoundedClient(openai.DefaultAsyncHttpxClient):
                 async for part in reply.aiter_bytes(65_536):
                     body += part
                     if len(body) > MOST_BYTES:
-                        raise LLMError(f"the reply is longer than the allowed {MOST_BYTES} bytes")
+                        error = LLMError(f"the reply is longer than the allowed {MOST_BYTES} bytes")
+                        error.lost = reply.is_success
+                        raise error
             finally:
                 await reply.aclose()
         headers = [(name, value) for name, value in reply.headers.multi_items() if name not in _OF_THE_WIRE]

@@ -9,9 +9,11 @@ from typing import Any, NamedTuple
 from pz_envs.answers import Parted, split_thought
 
 _TOKENS = 1e6  # prices are per million
+LONGEST = 1_000_000
+"""Maximum length of an answer, and of the thoughts beside it, in characters; the rest is dropped, as if never sent."""
 _MOST_TOKENS = 10**9  # of one reply; a greater number is not a count
-LENGTH, FILTERED = "length", "content_filter"
-"""Reasons why an answer is incomplete."""
+LENGTH, FILTERED, REFUSED = "length", "content_filter", "refusal"
+"""Reasons why an answer is incomplete, or says in a field of its own why there is none."""
 
 
 class Prices(NamedTuple):
@@ -86,13 +88,22 @@ def read(reply: str, prices: Prices | None) -> tuple[Answer | None, Usage]:
     if said is None:
         return None, usage
     raw, reasoning = said
-    calls = [_part(call, "function", "arguments") for call in message.get("tool_calls") or ()]
+    listed = message.get("tool_calls")
+    calls = [_part(call, "function", "arguments") for call in (listed if isinstance(listed, list) else ())]
+    calls = [json.dumps(call, ensure_ascii=False) if isinstance(call, dict) else call for call in calls]
     calls = [call for call in calls if isinstance(call, str)]
     apart = (message.get(name) for name in ("reasoning_content", "reasoning"))
+    reasoning = next((each for each in apart if each and isinstance(each, str)), reasoning)
+    finish, declined = _text(_part(choice, "finish_reason")), _text(message.get("refusal"))
+    if declined and not (raw or calls):
+        raw, finish = declined, REFUSED
+    elif finish == "stop" and not (raw or calls):  # the endpoint took the whole answer for thoughts
+        raw, reasoning = reasoning, ""
+    raw = "\n".join(calls) or raw
     answer = Answer(
-        raw="\n".join(calls) or raw,
-        reasoning=next((each for each in apart if each and isinstance(each, str)), reasoning),
-        finish=_text(_part(choice, "finish_reason")),
+        raw=raw[:LONGEST],
+        reasoning=reasoning[:LONGEST],
+        finish=finish if len(raw) <= LONGEST else LENGTH,
         model=_text(_part(data, "model")),
         usage=usage,
         call=_text(_part(message, "tool_calls", 0, "id")) or "call_0" if calls else "",

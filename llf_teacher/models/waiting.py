@@ -4,9 +4,10 @@ The caller may be in any thread, also in a notebook whose own loop is running.
 """
 
 import asyncio
+import inspect
 import os
 import threading
-from collections.abc import Coroutine
+from collections.abc import Awaitable, Coroutine
 from typing import Any, TypeVar
 
 T = TypeVar("T")
@@ -32,3 +33,12 @@ def wait_for(coroutine: Coroutine[Any, Any, T]) -> T:
     except BaseException:
         future.cancel()
         raise
+
+
+def awaited(value: Any) -> Any:
+    """The value, or the result of waiting for it if it is what an `async` function gives."""
+    return wait_for(_result(value)) if inspect.isawaitable(value) else value
+
+
+async def _result(awaitable: Awaitable[Any]) -> Any:
+    return await awaitable

@@ -16,6 +16,7 @@ from llf_teacher.reproductions import rows
 from llf_teacher.reproductions.rule import Rule, Setting
 from llf_teacher.studies.analysis.statistics import Estimate, mean_interval
 from teachers.spec import unknown
+from worlds.extras import pip_install
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -82,7 +83,7 @@ class Row:
         """Why the row cannot be measured here; empty if it can."""
         if not self.needs or importlib.util.find_spec(self.needs):
             return ""
-        return f"needs {self.needs!r}, which is not installed; run: pip install 'llf-teacher[learn]'"
+        return f"needs {self.needs!r}, which is not installed; run: {pip_install('learn')}"
 
 
 def digest(setting: Setting) -> str:

@@ -10,11 +10,12 @@ import numpy as np
 from llf_teacher.models.model import AsksModel, Model
 from llf_teacher.speakers.speaker import Speaker
 from teachers.atoms import FN, FP, Atom, Claim, Moment, ParseFailure, Utterance
-from teachers.schema import Message, Vocabulary, find_message
+from teachers.schema import LONGEST_TEXT, Message, Vocabulary, find_message
 from teachers.spec import check_range, unknown
 
 KNOWS = ("claims", "nothing")
 """What the model is given of the truth: the oracle's claims of this turn, or nothing."""
+ANSWERS = ("json", "text")
 SAYS = ("words", "claims")
 """What the model answers with: the words for the student, or claims, which are checked."""
 _BEGIN = (
@@ -67,9 +68,9 @@ class _Policy:
                 question += _DATA.format(data=json.dumps(_data(suggestion.atoms, vocabulary), ensure_ascii=False))
         past = self._past[-2 * spec.history :] if spec.history else []
         asked = {"role": "user", "content": question}
-        form = _form(vocabulary) if spec.says == "claims" else None
+        form = _form(vocabulary) if spec.says == "claims" and spec.answer == "json" else None
         words = self._model.answer([{"role": "system", "content": self._system}, *past, asked], form).text.strip()
-        self._past += [asked, {"role": "assistant", "content": words or "(nothing)"}]
+        self._past += [asked, {"role": "assistant", "content": words[:LONGEST_TEXT] or "(nothing)"}]
         return self._message(words, moment, vocabulary) if spec.says == "claims" else words
 
     def _message(self, words: str, moment: Moment[Any], vocabulary: Vocabulary) -> Message:
@@ -118,6 +119,8 @@ class LLMTeacher(AsksModel, Speaker):
     """One of `KNOWS`."""
     says: str = "words"
     """One of `SAYS`. Whether the text of an answer says what its claims say is not checked."""
+    answer: str = "json"
+    """How claims are asked for: `json`, by a JSON Schema in the request, or `text`, by the prompt alone."""
     filter: bool = False
     """Whether false claims are withheld, with the text of their answer; with `says="claims"` only."""
     input_price: float | None = None
@@ -131,6 +134,8 @@ class LLMTeacher(AsksModel, Speaker):
             raise ValueError(unknown("value of knows", self.knows, KNOWS))
         if self.says not in SAYS:
             raise ValueError(unknown("value of says", self.says, SAYS))
+        if self.answer not in ANSWERS:
+            raise ValueError(unknown("value of answer", self.answer, ANSWERS))
         if not isinstance(self.filter, bool) or (self.filter and self.says != "claims"):
             raise ValueError(f"filter must be False, or True with says='claims', got {self.filter!r}")
         check_range("history", self.history, 0, 1000, int)

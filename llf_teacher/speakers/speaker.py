@@ -92,7 +92,7 @@ class _Imported:
 
 @dataclass(frozen=True)
 class CustomTeacher(_Imported, Speaker):
-    """A policy for the teacher's seat, with `reset(rng)` and `act(observation, info)`, by its factory."""
+    """A policy for the teacher's seat, with `reset(rng)` and `act(observation, info)`, also `async`, by its factory."""
 
     __str__ = _Imported.__str__
 
@@ -120,10 +120,10 @@ class InstructionOnly:
     def __init__(self, policy: Any) -> None:
         self._policy = policy
 
-    def reset(self, rng: np.random.Generator) -> None:
+    def reset(self, rng: np.random.Generator) -> Any:
         """Reset the policy."""
-        self._policy.reset(rng)
+        return self._policy.reset(rng)
 
-    def act(self, observation: dict[str, Any], info: dict[str, Any]) -> str:
+    def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
         """The policy's first words; afterwards the empty string."""
         return "" if info["moment"].turn else self._policy.act(observation, info)

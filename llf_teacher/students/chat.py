@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar
 
-from llf_teacher.models.waiting import wait_for
+from llf_teacher.models.waiting import awaited
 from llf_teacher.students.conversation import Conversation, Message, as_prompt, check_options
 from llf_teacher.students.student import Student
 from llf_teacher.students.talking import TalkingPolicy
@@ -34,9 +34,7 @@ class _Policy(TalkingPolicy["ChatStudent"]):
 
     def reply(self, messages: list[Message]) -> str:
         function = self.spec.function
-        said = function(messages if takes_messages(function) else as_prompt(messages))
-        if inspect.isawaitable(said):
-            said = wait_for(_result(said))
+        said = awaited(function(messages if takes_messages(function) else as_prompt(messages)))
         if not isinstance(said, str):
             raise TypeError(f"{self.spec} must give a text, got {type(said).__name__} {said!r:.80}")
         self._said = said
@@ -160,7 +158,3 @@ def _function(call: SpecCall) -> Callable[..., Any]:
         )
     found: Callable[..., Any] = function
     return found
-
-
-async def _result(awaitable: Any) -> Any:
-    return await awaitable

@@ -1,8 +1,10 @@
 """A conversation with a chat model: the instruction, as many past turns as fit, and the current question."""
 
 import hashlib
+import json
 from collections.abc import Iterable
 from functools import cache
+from operator import itemgetter
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,7 +21,16 @@ from teachers.spec import check_range
 from worlds.world import World
 
 PROMPTS = Path(__file__).with_name("prompts")
-SYSTEM, TURN = "system.j2", "turn.j2"
+SYSTEM, TURN, EXAMPLES = "system.j2", "turn.j2", "examples.jsonl"
+PRESETS = ("neutral",)
+"""Prompts that come with the package, beside the default."""
+_REVIEW = (
+    "The episode is over. The teacher said at its end: {words}\n\nWrite down what helps you to do better in the next "
+    "episodes of this task, in at most {most} words and nothing else. All else is forgotten; so are earlier notes."
+)
+_NOTES = "\n\nYour notes of earlier episodes:\n{notes}"
+_LONGEST = 20_000  # characters of an answer that are sent back
+_LETTERS = 10  # of a word of the notes, at most on average
 Message = dict[str, Any]
 _TOKENS_PER_BYTE = 1 / 3  # until an endpoint gives a count
 _SPAN = (1 / 16, 1.0)  # of plausible tokens per byte
@@ -65,7 +76,9 @@ class Conversation:
             never cut. None: no limit.
         images: number of the latest turns that are sent with their images; earlier turns are sent as text.
         answer: `text`, `json` or `tool`; `options` has the fields that a request needs for the last two.
-        prompts: folder of templates `system.j2` and `turn.j2`; a missing template is the default.
+        prompts: folder of templates `system.j2` and `turn.j2`, or one of `PRESETS`; a missing template is the default.
+            Its `examples.jsonl`, if there is one, has an example of a turn per line, an object with `question` and
+            `answer`; they stand before the conversation.
         rng: draws the action of the example.
 
     Raises:
@@ -87,7 +100,10 @@ class Conversation:
         self._view = None if env is None else getattr(env.unwrapped, "student_view", None)
         world: World[Any] | None = env if self._view is None else self._view.session.world  # type: ignore[assignment]
         self.history, self.max_prompt_tokens, self.form, self.images = history, max_prompt_tokens, answer, images
-        self._system, self._turn = (_template(text) for text in texts_of(prompts))
+        texts = texts_of(prompts)
+        self._system, self._turn = _template(texts[SYSTEM]), _template(texts[TURN])
+        called = "example" if answer == "tool" else ""
+        self._examples = [Exchange(Question(question), said, called) for question, said in _examples(texts)]
         rng = np.random.default_rng(0) if rng is None else rng
         self._example = "" if world is None else example(answer, written(world.scratch(), rng))
         self._world = world
@@ -104,6 +120,8 @@ class Conversation:
         """The last answer without thoughts, up to where it goes on to speak for others."""
         self.invented = ""
         """The rest of the last answer, which is not sent back."""
+        self.notes = ""
+        """What it wrote down of earlier episodes."""
         self._turns: list[Exchange] = []
         self._start = 0  # the first turn that is sent
         self._asked = Question("")
@@ -119,6 +137,15 @@ class Conversation:
             feedback: the teacher's feedback to the last action.
         """
         self._number, self._words, self._new = 0, feedback, True
+
+    def review(self, most: int) -> list[Message]:
+        """The messages that ask for notes of at most so many words, between two episodes."""
+        self._asked = Question(_REVIEW.format(words=self._words or "-", most=most))
+        return self._cut()
+
+    def note(self, text: str, most: int) -> None:
+        """Go on with notes of at most so many words in place of the turns so far."""
+        self.notes, self._turns, self._start, self._words = text.strip()[: most * _LETTERS], [], 0, ""
 
     def ask(self, observation: dict[str, Any], turns_left: int | None = None) -> list[Message]:
         """The messages to send for an observation of the student's seat, or of the environment.
@@ -156,7 +183,7 @@ class Conversation:
         """
         parted = split_thought(text)
         self.said, self.invented = first_answer(parted.answer, self._world)
-        self._turns.append(Exchange(self._asked, self.said, call))
+        self._turns.append(Exchange(self._asked, self.said[:_LONGEST], call))
         if input_tokens:
             self._per_byte = min(max(input_tokens / self._bytes, _SPAN[0]), _SPAN[1])
         action, thought = action_in(self.form, self.said)
@@ -186,11 +213,13 @@ class Conversation:
 
     def _messages(self) -> list[Message]:
         rendered = self._system.render(instruction=self.instruction, example=self._example, answer=self.form)
-        messages: list[Message] = [{"role": "system", "content": rendered}]
+        noted = _NOTES.format(notes=self.notes) if self.notes else ""
+        messages: list[Message] = [{"role": "system", "content": rendered + noted}]
         asked = Question("")  # a question without an answer is sent together with the next
         result = ""  # the tool call whose result the next question is
         shown = len(self._turns) + 1 - self.images  # the first turn whose image is sent
-        for number, turn in enumerate(self._turns[self._start :], self._start):
+        sent = [*self._examples, *self._turns[self._start :]]
+        for number, turn in enumerate(sent, self._start - len(self._examples)):
             asked = asked.then(turn.asked, number >= shown)
             if turn.answered:
                 messages += [*_questions(asked, result), _reply(turn)]
@@ -226,31 +255,53 @@ def check_options(history: int, max_prompt_tokens: int | None, answer: str, imag
         raise ValueError(f"answer must be one of {', '.join(ANSWERS)}, got {answer!r}")
 
 
-def texts_of(prompts: Path | str | None) -> tuple[str, str]:
-    """The templates of a folder: system and turn.
+def texts_of(prompts: Path | str | None) -> dict[str, str]:
+    """The templates of a folder or a preset, system and turn, and its examples, if any, by the names of their files.
 
     Raises:
-        ValueError: there is no such folder, it has neither template, or a template is not valid.
+        ValueError: there is no such folder, it has none of them, or one is not valid.
     """
-    names = (SYSTEM, TURN)
-    folder = PROMPTS if prompts is None else Path(prompts)
+    names = (SYSTEM, TURN, EXAMPLES)
+    folder = PROMPTS if prompts is None else PROMPTS / prompts if prompts in PRESETS else Path(prompts)
     if not any((folder / name).is_file() for name in names):
-        raise ValueError(f"prompts must be a folder with {SYSTEM} or {TURN} or both, got {f'{prompts}'!r}")
-    texts = [(folder if (folder / name).is_file() else PROMPTS).joinpath(name).read_text("utf-8") for name in names]
-    seen: tuple[dict[str, Any], ...] = ({"instruction": "", "example": "", "answer": "text"}, _NO_TURN)
-    for name, text, values in zip(names, texts, seen, strict=True):
+        raise ValueError(
+            f"prompts must be {', '.join(PRESETS)}, or a folder with any of {', '.join(names)}, got {f'{prompts}'!r}"
+        )
+    paths = {name: (folder if (folder / name).is_file() else PROMPTS) / name for name in names}
+    texts = {name: path.read_text("utf-8") for name, path in paths.items() if path.is_file()}
+    seen: dict[str, dict[str, Any]] = {SYSTEM: {"instruction": "", "example": "", "answer": "text"}, TURN: _NO_TURN}
+    for name, values in seen.items():
         try:
-            _template(text).render(values)
+            _template(texts[name]).render(values)
         except jinja2.TemplateError as error:
             raise ValueError(
                 f"{folder / name} is not a valid template: {error}; allowed: {', '.join(values)}"
             ) from None
-    return texts[0], texts[1]
+    _examples(texts)
+    return texts
+
+
+def _examples(texts: dict[str, str]) -> list[tuple[str, str]]:
+    """Questions and answers of the examples.
+
+    Raises:
+        ValueError: a line has none.
+    """
+    found = []
+    for number, line in enumerate(texts.get(EXAMPLES, "").splitlines(), 1):
+        try:
+            question, answer = itemgetter("question", "answer")(json.loads(line))
+        except (ValueError, LookupError, TypeError, RecursionError):
+            raise ValueError(
+                f"{EXAMPLES}:{number} must be an object with question and answer, got {line:.60}"
+            ) from None
+        found.append((f"{question}", answer if isinstance(answer, str) else json.dumps(answer, ensure_ascii=False)))
+    return found
 
 
 def digest_of(prompts: Path | str | None) -> str:
     """The first 12 digits of the SHA-256 of the templates of a folder."""
-    return hashlib.sha256("\0".join(texts_of(prompts)).encode()).hexdigest()[:12]
+    return hashlib.sha256("\0".join(texts_of(prompts).values()).encode()).hexdigest()[:12]
 
 
 _NO_TURN = {"observation": "", "feedback": "", "turn": 1, "turns_left": None, "begins_anew": False}

@@ -15,6 +15,7 @@ from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution import runner
 from llf_teacher.studies.store import Store, StoreError
 from teachers.atoms import Label
+from worlds.extras import pip_install
 
 if TYPE_CHECKING:
     from llf_teacher.studies.report import Report
@@ -296,9 +297,7 @@ def _write_parquet(path: Path, rows: Rows, columns: Columns) -> int:
         import pyarrow
         from pyarrow import parquet
     except ModuleNotFoundError:
-        raise ModuleNotFoundError(
-            "Parquet needs pyarrow; run: pip install 'llf-teacher[data]', or give a .csv"
-        ) from None
+        raise ModuleNotFoundError(f"Parquet needs pyarrow; run: {pip_install('data')}, or give a .csv") from None
     kinds: dict[Any, Any] = {
         str: pyarrow.string(),
         int: pyarrow.int64(),

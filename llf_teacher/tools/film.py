@@ -11,6 +11,7 @@ from llf_teacher.episodes.loop import play_turns
 from llf_teacher.gym import StudentEnv
 from llf_teacher.registry import entry
 from llf_teacher.students.parsing import parse_student
+from worlds.extras import pip_install
 from worlds.pictures.canvas import Frame
 
 __all__ = ["SUFFIXES", "check_path", "film", "save"]
@@ -67,8 +68,8 @@ def check_path(path: Path) -> None:
             import imageio_ffmpeg  # noqa: F401
         except ModuleNotFoundError as error:
             raise ModuleNotFoundError(
-                "mp4 needs 'imageio_ffmpeg', which is not installed; run: pip install 'llf-teacher[film]', or write a "
-                ".gif or a .webp",
+                f"mp4 needs 'imageio_ffmpeg', which is not installed; run: {pip_install('film')}, or write a .gif or a "
+                ".webp",
                 name=error.name,
             ) from error
 

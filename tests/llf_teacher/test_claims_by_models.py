@@ -2,14 +2,17 @@
 
 import hashlib
 import json
+import time
 
 import pytest
 from endpoints import KEY, files_with
 
-from llf_teacher.models.testing import ScriptedEndpoint
+from llf_teacher.models import LLMError
+from llf_teacher.models.testing import ScriptedEndpoint, refusal
 from llf_teacher.speakers.llm_teacher import LLMTeacher
 from llf_teacher.studies import run
 from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.execution.runner import RunOptions
 from llf_teacher.tools.audit import audit
 from teachers.atoms import Label
@@ -115,17 +118,67 @@ def test_a_hostile_model_is_counted_and_plays_to_the_end(tmp_path, monkeypatch, 
     assert not files_with(KEY, tmp_path)
 
 
+LONG = 1_500_000
+HUGE = {
+    "lists": '{"claims": ' + "[" * LONG,
+    "objects": '{"claims": [{"type": ' * (LONG // 21),
+    "many claims": json.dumps({"claims": [{"type": "Reward", "reward": 0.5}] * (LONG // 40)}),
+    "many sentences": json.dumps({"claims": [{"type": "Solved"}] * 32, "text": "Go. " * 2_000}),
+    "a long sentence": json.dumps({"claims": [{"type": "Solved"}] * 32, "text": "Go " * 2_700}),
+    "many keys": json.dumps({"claims": [{f"k{n}": 0 for n in range(LONG // 12)}]}),
+    "a long name": json.dumps({"claims": [{"type": "Go" * (LONG // 2)}]}),
+    "a long plan": json.dumps({"claims": [{"type": "Plan", "actions": ["north"] * (LONG // 10)}]}),
+    "words": "Go north. " * (LONG // 10),
+}
+
+
+def test_huge_answers_take_bounded_time_and_memory(tmp_path):
+    """Each of more than a megabyte, but for sentences; they are counted, cut in records, and sent back in part."""
+    answers = iter(HUGE.values())
+    with ScriptedEndpoint(lambda request: next(answers, "{}")) as server:
+        began = time.process_time()
+        results = played(tmp_path / "s.db", spec(server.url), ids=[GRID], seeds=1, max_turns=len(HUGE) + 1)
+        seconds = time.process_time() - began
+    turns = [turn for turn in turns_of(results) if turn["turn"]]
+    assert len(turns) == len(server.requests) == len(HUGE) + 1
+    assert all(turn["unbuilt"] for turn in turns[:3] + turns[5:9])
+    assert len(json.dumps(server.requests[-1])) < 200_000, "nine answers of 1.5 MB came before"
+    assert sum(len(turn["feedback"]) for turn in turns) < 100_000
+    assert seconds < 20
+
+
+def test_a_student_sends_back_a_part_of_a_huge_answer():
+    with ScriptedEndpoint(lambda request: "Response: " * (LONG // 10)) as server:
+        student = f"llm(model='m', base_url='{server.url}')"
+        record = play(next(Study(ids=[GRID], teachers=["oracle"], students=[student], seeds=1, max_turns=3).episodes()))
+    assert [len(json.dumps(request)) // 20_000 for request in server.requests] == [0, 1, 2]
+    assert (record.episode.parse_failures, record.episode.truncated) == (3, 3)
+    assert len(record.turns[1].answer) <= 1_000_000
+
+
 @pytest.mark.parametrize(
     ("settings", "match"),
     [
         ({"says": "nothing"}, "unknown value of says 'nothing'; allowed: words, claims"),
         ({"filter": True}, "filter must be False, or True with says='claims', got True"),
+        ({"answer": "xml"}, "unknown value of answer 'xml'; allowed: json, text"),
         ({"says": "claims", "filter": 1}, "filter must be False, or True with says='claims', got 1"),
     ],
 )
 def test_what_is_not_allowed(settings, match):
     with pytest.raises(ValueError, match=match):
         LLMTeacher("m", "http://localhost:1/v1", **settings)
+
+
+def test_an_endpoint_without_json_schemas_is_asked_by_the_prompt(tmp_path):
+    def picky(request):
+        return refusal("response_format") if "response_format" in request else '{"claims": []}'
+
+    with ScriptedEndpoint(picky) as server:
+        with pytest.raises(LLMError, match="give another answer, such as answer='text'"):
+            play(next(Study(ids=[GRID], teachers=[spec(server.url)], students=["random"], seeds=1).episodes()))
+        results = played(tmp_path / "s.db", spec(server.url, answer="text"), ids=[GRID], seeds=1, max_turns=2)
+    assert not any(turn["unbuilt"] for turn in turns_of(results))
 
 
 def test_the_manifest_has_the_prompt_of_claims():

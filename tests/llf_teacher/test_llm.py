@@ -140,7 +140,7 @@ def test_an_endpoint_that_is_always_slow(tmp_path):
         endpoint(server.url, tmp_path / "c.db", timeout=0.1, retries=2).ask(REQUEST)
     time.sleep(0.2)  # a fourth would be on its way
     assert len(server.requests) == 3
-    assert spending(f"{tmp_path / 'c.db'}") == [NOTHING | {"sent": 3, "lost": 3}]
+    assert spending(f"{tmp_path / 'c.db'}") == [NOTHING | {"requests": 3, "unpriced": 3, "sent": 3, "lost": 3}]
 
 
 @pytest.mark.usefixtures("soon")
@@ -150,7 +150,9 @@ def test_attempts_for_whatever_reason_are_counted_together(tmp_path, faults):
     with ScriptedEndpoint(lambda request: next(replies)) as server:
         assert endpoint(server.url, tmp_path / "c.db", retries=3).ask(REQUEST, (1.0, 1.0)) == NORTH
     (found,) = spending(f"{tmp_path / 'c.db'}")
-    assert (found["requests"], found["sent"], found["lost"]) == (1, 4, faults.count("cut"))
+    assert (found["sent"], found["lost"]) == (4, faults.count("cut"))
+    assert found["requests"] == 4 - len({"429", "500", "no JSON"} & {*faults}), "but those that no model answered"
+    assert found["unpriced"] == found["requests"] - 1
     replies = iter([FAULTS[fault] for fault in faults])
     with ScriptedEndpoint(lambda request: next(replies)) as server, pytest.raises(LLMError, match="in 3 attempts"):
         endpoint(server.url, retries=2).ask(REQUEST)

@@ -238,7 +238,7 @@ def test_prompts_of_ones_own(tmp_path):
     [
         ("{{ secret }}", "is not a valid template: 'secret' is undefined; allowed: instruction, example, answer"),
         ("{% if %}", "is not a valid template"),
-        (None, r"prompts must be a folder with system\.j2 or turn\.j2 or both"),
+        (None, r"prompts must be neutral, or a folder with any of system\.j2, turn\.j2, examples\.jsonl"),
     ],
 )
 def test_prompts_that_are_none(tmp_path, text, match):
@@ -248,9 +248,55 @@ def test_prompts_that_are_none(tmp_path, text, match):
         parse_student(f"llm(model='m', prompts={str(tmp_path)!r})")
 
 
+@pytest.mark.parametrize("answer", ANSWERS)
+def test_neutral_prompts_do_not_say_what_to_think_of_the_teacher(answer):
+    with ScriptedEndpoint(lambda request: "Response: no") as server:
+        for prompts in ("", ", prompts='neutral'"):
+            episode(server.url, f", answer='{answer}'{prompts}", max_turns=1)
+    usual, neutral = (contents(request)[0] for request in server.requests)
+    assert "Let what the teacher says decide" in usual
+    assert "feedback" in usual
+    assert "decide" not in neutral
+    assert "feedback means" not in neutral
+    task = usual[usual.index("The task:") : usual.index("\n\n", usual.index("The task:"))]
+    assert task in neutral
+    assert len(contents(server.requests[0])) == len(contents(server.requests[1])) == 2
+
+
+@pytest.mark.parametrize("answer", ANSWERS)
+def test_examples_stand_before_the_conversation(tmp_path, answer):
+    shown = {"thought": "so it is", "action": "west"}
+    said = "Thought: so it is\nResponse: west" if answer == "text" else shown
+    lines = [json.dumps({"question": f"You see {n}.", "answer": said}) for n in range(2)]
+    (tmp_path / "examples.jsonl").write_text("\n".join(lines), "utf-8")
+    student = f", answer='{answer}', prompts={str(tmp_path)!r}"
+    with ScriptedEndpoint(lambda request: "Response: no") as server:
+        episode(server.url, f"{student}, history=1")
+    roles = ["system", "user", "assistant", "tool" if answer == "tool" else "user", "assistant"]
+    assert [[message["role"] for message in request["messages"]][:5] for request in server.requests] == [roles] * 4
+    assert [len(request["messages"]) for request in server.requests] == [6, 8, 8, 8]
+    last = server.requests[-1]["messages"]
+    assert last[3]["content"] == "You see 1."
+    given = last[2]["tool_calls"][0]["function"]["arguments"] if answer == "tool" else last[2]["content"]
+    assert given == (said if answer == "text" else json.dumps(shown))
+    assert last[4].get("content") or last[5]["tool_call_id"] == last[4]["tool_calls"][0]["id"]
+    made = parse_student(f"llm(model='m'{student})")
+    assert "examples.jsonl" in made.facts()["prompts"]
+    (tmp_path / "examples.jsonl").write_text(lines[0], "utf-8")
+    assert parse_student(f"llm(model='m'{student})") != made, "the digest has the examples"
+
+
+@pytest.mark.parametrize("line", ["[]", "north", '{"question": "Where?"}', "[" * 100_000])
+def test_examples_that_are_none(tmp_path, line):
+    (tmp_path / "examples.jsonl").write_text(f'{{"question": "?", "answer": "!"}}\n{line}', "utf-8")
+    with pytest.raises(ValueError, match=r"examples\.jsonl:2 must be an object with question and answer, got "):
+        Conversation(prompts=tmp_path)
+
+
 @pytest.mark.parametrize(
     ("options", "match"),
     [
+        ("memory=-1", "memory must be an integer from 0"),
         ("answer='xml'", "answer must be one of text, json, tool, got 'xml'"),
         ("max_prompt_tokens=0", "max_prompt_tokens must be an integer from 1"),
         ("cached_price=-1", "cached_price must be a number from 0"),
@@ -281,6 +327,37 @@ def test_a_student_remembers_its_lifetime():
     last = contents(server.requests[2])[-1]
     assert last.startswith("A new episode of the same task begins.\n\nThe teacher says: ")
     assert "in turn 1? You have 2 turns left" in last
+
+
+@pytest.mark.parametrize("answer", ANSWERS)
+def test_a_student_remembers_what_it_wrote_down(answer):
+    """In a lifetime of three episodes, before the second and the third."""
+
+    def reply(request):
+        asked = request["messages"][-1]["content"]
+        return f"Note {len(server.requests)}. " + "word " * 100 if asked.startswith("The episode is over") else "no"
+
+    with ScriptedEndpoint(reply) as server:
+        student = f"llm(model='m', base_url='{server.url}', memory=5, answer='{answer}')"
+        env = llf_teacher.TeacherEnv(GRIDWORLD, student=student, episodes=3, max_turns=2)
+        env.reset(seed=1)
+        over = False
+        while not over:
+            _, _, terminated, truncated, _ = env.step(31)
+            over = terminated or truncated
+    assert [len(request["messages"]) for request in server.requests] == [2, 4, 6, 2, 4, 6, 2, 4]
+    first, *_, review, second, _, again, third, _ = map(contents, server.requests)
+    assert "in at most 5 words" in review[-1]
+    assert "The teacher said at its end: " in review[-1]
+    assert "response_format" not in server.requests[2]
+    assert "tools" not in server.requests[2]
+    assert "Your notes" not in first[0]
+    for noted, number in ((second, 3), (again, 3), (third, 6)):
+        notes = noted[0].partition("Your notes of earlier episodes:\n")[2]
+        assert notes == f"Note {number}. {'word ' * 100}"[:50]
+    words = review[-1].partition("The teacher said at its end: ")[2].partition("\n\n")[0]
+    assert len(words) > 10
+    assert words not in second[-1]
 
 
 def test_a_conversation_of_ones_own():

@@ -110,7 +110,7 @@ def test_a_study_of_fifty_episodes_that_is_killed_pays_nothing_twice(tmp_path):
     assert len(rows(tmp_path / "s.db")[0]) == 50
     assert set(server.keys) == {f"Bearer {KEY}"}
     assert files_with(KEY, tmp_path) == []
-    assert f"m: {len(after)} answers paid so far" in result.stderr
+    assert f"m: {len(after)} requests paid so far" in result.stderr
     report = (tmp_path / "r.html").read_text(encoding="utf-8")
     assert "Answers of language models that were paid for" in report
     assert f"<td>{len(after)}</td>" in report

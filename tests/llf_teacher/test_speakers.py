@@ -25,6 +25,9 @@ from llf_teacher.studies.store import Store
 from teachers.personalities.mistake import mistake
 
 MODULE = '''
+import asyncio
+
+
 class Parrot:
     """Says the same each turn; the first words are the instruction."""
 
@@ -53,6 +56,21 @@ class Echo:
 
     def __call__(self, sentence):
         return " ".join([sentence] * self.times)
+
+
+class Slow:
+    """As an asynchronous client does it: the turns of an episode in one loop."""
+
+    async def reset(self, rng):
+        self.turns, self.loop = 0, asyncio.get_running_loop()
+
+    async def act(self, observation, info):
+        await asyncio.sleep(0)
+        self.turns += 1
+        assert self.loop is asyncio.get_running_loop()
+        if self.turns > 1:
+            return {"claims": [{"type": "Reward", "reward": 0.0}], "text": "You earned nothing."}
+        return "Find the treasure."
 
 
 class Deaf:
@@ -122,6 +140,16 @@ def test_what_a_policy_says_is_unchecked():
     quiet = told("parrots:shy", feedback_types=["n"])
     assert [turn.feedback for turn in quiet.turns] == [""] * 4
     assert quiet.turns[0].instruction == "Find the treasure."
+
+
+def test_a_policy_may_be_asynchronous():
+    told_claims = told("parrots:Slow")
+    assert told_claims.turns[0].instruction == "Find the treasure."
+    assert {turn.feedback for turn in told_claims.turns[1:]} == {"You earned nothing."}
+    assert told_claims.episode.said_r == len(told_claims.turns) - 1
+    silent = told("parrots:Slow", feedback_types=["n"])
+    assert silent.turns[0].instruction == "Find the treasure."
+    assert not any(turn.feedback for turn in silent.turns)
 
 
 @pytest.mark.parametrize(

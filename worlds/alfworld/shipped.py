@@ -5,6 +5,8 @@ from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
+from worlds.extras import pip_install
+
 __all__ = ["installed", "package", "rules"]
 
 
@@ -25,7 +27,7 @@ def package() -> Path:
     if not installed():
         raise ModuleNotFoundError(
             "engine='textworld' and ALFWorld's own game files need the package 'alfworld', which is not installed; run:"
-            " pip install 'llf-teacher[alfworld]', or have engine='exact' and games='generated'",
+            f" {pip_install('alfworld')}, or have engine='exact' and games='generated'",
             name="alfworld",
         )
     before = os.environ.get("ALFWORLD_DATA")

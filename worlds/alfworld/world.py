@@ -14,6 +14,7 @@ from worlds.alfworld.generated import draw_law, make
 from worlds.alfworld.official import drawn, files, read
 from worlds.alfworld.shipped import installed, package
 from worlds.alfworld.stock import StockEngine
+from worlds.extras import pip_install
 from worlds.spaces import Prose
 from worlds.towns import town_stream
 from worlds.world import World, illegal
@@ -107,8 +108,7 @@ class Alfworld(World[Truth, str, str]):
         if games == "official" and not self._files:
             raise ValueError(
                 f"games='official' needs game files; ALFWORLD_DATA is {folder!r} and has none for task {task!r}, split"
-                f" {split!r}; run `alfworld-download`, which pip install 'llf-teacher[alfworld]' brings, or allow"
-                " games='generated'"
+                f" {split!r}; run `alfworld-download`, after {pip_install('alfworld')}, or allow games='generated'"
             )
         rng = town_stream("alfworld", town)
         if rng and self._files:

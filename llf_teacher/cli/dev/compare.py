@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from llf_teacher.cli import print_missing
+from worlds.extras import pip_install
 
 
 def add_to(app: typer.Typer) -> None:
@@ -38,7 +39,7 @@ def compare(
     from teachers.terminal import Waiting
 
     if fast and not find_spec("numba"):
-        raise typer.BadParameter("--fast needs numba, which is not installed; run: pip install 'llf-teacher[fast]'")
+        raise typer.BadParameter(f"--fast needs numba, which is not installed; run: {pip_install('fast')}")
     if not id:
         print_missing()
     ids = [entry(name).id for name in id or ()] or [

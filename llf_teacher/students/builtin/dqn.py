@@ -15,6 +15,7 @@ from llf_teacher.students.student import state_of
 from pz_envs.subject import Subject
 from teachers.spec import Range, Share
 from worlds.actions import describe_space
+from worlds.extras import pip_install
 from worlds.world import World
 
 _BATCH = 32
@@ -162,6 +163,6 @@ def check_torch() -> None:
     """
     if importlib.util.find_spec("torch") is None:
         raise ModuleNotFoundError(
-            "the student dqn needs 'torch', which is not installed; run: pip install 'llf-teacher[learn]'",
+            f"the student dqn needs 'torch', which is not installed; run: {pip_install('learn')}",
             name="torch",
         )

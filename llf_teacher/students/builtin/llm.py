@@ -6,10 +6,11 @@ from typing import Any, cast
 
 from llf_teacher.models.model import AsksModel, Model
 from llf_teacher.models.replies import Answer
-from llf_teacher.students.conversation import SYSTEM, TURN, Conversation, Message, check_options, digest_of, texts_of
+from llf_teacher.students.conversation import Conversation, Message, check_options, digest_of, texts_of
 from llf_teacher.students.student import ModelReply, Student
 from llf_teacher.students.talking import TalkingPolicy
 from pz_envs.answers import STOPS
+from teachers.spec import check_range
 
 _DIGEST = "#"  # between a folder of prompts and the digest of its files
 
@@ -21,6 +22,8 @@ class _Policy(TalkingPolicy["LLM"]):
         """Begin an episode, with an empty conversation unless the same student goes on."""
         self._model = Model(self.spec.settings, self.rng)
         self._last: Answer | None = None
+        if self._goes_on and (most := self.spec.memory):
+            self.talk.note(self._model.answer(self.talk.review(most)).text, most)
         super().begin()
 
     def converse(self) -> Conversation:
@@ -72,7 +75,7 @@ class LLM(AsksModel, Student):
     answer: str = "text"
     """Form of the model's answer: `text`, a `json` object, or a call of a `tool`."""
     prompts: str | None = None
-    """Folder of templates `system.j2` and `turn.j2` in place of the default; the spec adds the digest of its files."""
+    """Folder of templates and examples in place of the default, or `neutral`; the spec adds the digest of its files."""
     input_price: float | None = None
     output_price: float | None = None
     cached_price: float | None = None
@@ -80,6 +83,8 @@ class LLM(AsksModel, Student):
     images: int = 1
     """Number of the latest turns that are sent with their images, if there are any."""
     extra: dict[str, Any] | None = None
+    memory: int = 0
+    """Words that it may write down after an episode, which replace the conversation in its next one; 0: none."""
 
     reads = "words"
     text = True
@@ -89,6 +94,7 @@ class LLM(AsksModel, Student):
     def __post_init__(self) -> None:
         super().__post_init__()
         check_options(self.history, self.max_prompt_tokens, self.answer, self.images)
+        check_range("memory", self.memory, 0, 100_000, int)
         if self.prompts is not None:
             object.__setattr__(self, "prompts", _with_digest(self.prompts))
 
@@ -99,10 +105,10 @@ class LLM(AsksModel, Student):
 
     def facts(self) -> dict[str, Any]:
         """The prompts, each with its SHA-256."""
-        texts = zip((SYSTEM, TURN), texts_of(self.folder), strict=True)
         return {
             "prompts": {
-                name: {"sha256": hashlib.sha256(text.encode()).hexdigest(), "text": text} for name, text in texts
+                name: {"sha256": hashlib.sha256(text.encode()).hexdigest(), "text": text}
+                for name, text in texts_of(self.folder).items()
             }
         }
 

@@ -15,7 +15,7 @@ def cost_lines(store: Store) -> Iterator[str]:
         price = f"{spent['usd']:.4f} USD" if unpriced < spent["requests"] else "at an unknown price"
         rest = f", without {unpriced} of unknown price" if 0 < unpriced < spent["requests"] else ""
         yield (
-            f"{spent['model']}: {spent['requests']} answers paid so far, {spent['input_tokens']} tokens in, "
+            f"{spent['model']}: {spent['requests']} requests paid so far, {spent['input_tokens']} tokens in, "
             f"{spent['output_tokens']} out, {price}{rest}"
         )
         if lost := spent.get("lost"):

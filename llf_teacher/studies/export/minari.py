@@ -19,6 +19,7 @@ from llf_teacher.studies.export.dialogue import action_text
 from llf_teacher.studies.results import Results
 from teachers.personality import Personality
 from worlds.actions import native
+from worlds.extras import pip_install
 
 _FOLDER = "MINARI_DATASETS_PATH"
 _SETTING = ("id", "teacher", "instruction_type", "feedback_type", "max_turns", "options")
@@ -46,7 +47,7 @@ def write(results: Results, path: Path, *, text: bool = False, author: str = "un
         import minari
         from minari.data_collector import EpisodeBuffer
     except ModuleNotFoundError:
-        raise ModuleNotFoundError("the format minari needs Minari; run: pip install 'llf-teacher[data]'") from None
+        raise ModuleNotFoundError(f"the format minari needs Minari; run: {pip_install('data')}") from None
     if not isinstance(text, bool):
         raise ValueError(f"text must be True or False, got {text!r}")
     settings = dict.fromkeys(_setting(row) for row in results.rows() if _fits(row, text))

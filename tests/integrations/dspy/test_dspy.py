@@ -1,10 +1,14 @@
 """DSPy's GEPA improves a program by what the teacher says, with scripted models."""
 
 import json
+import runpy
+import sys
+from types import ModuleType
 
 import dspy
 import pytest
 from advice import BANDIT, advice_from, advised
+from documents import python_blocks
 from dspy import lm15
 
 from llf_teacher.integrations.dialogue import SCORES, Dialogue
@@ -118,3 +122,17 @@ def test_a_program_is_judged_in_threads(played):
 def test_the_score_must_be_one():
     with pytest.raises(ValueError, match="unknown score 'retrun'"):
         feedback_metric("retrun")
+
+
+def test_the_pages_example(tmp_path, monkeypatch):
+    (code,) = [each for each in python_blocks().values() if each.startswith("# Needs the extra `dspy`")]
+    (tmp_path / "example.py").write_text(code)
+    mine = ModuleType("my_model")
+    mine.student, mine.reflection = model(Scripted(student)), model(reflecting := Scripted(reflect))
+    monkeypatch.setitem(sys.modules, "my_model", mine)
+    try:
+        program = runpy.run_path(f"{tmp_path / 'example.py'}")["program"]
+    finally:
+        dspy.configure(lm=None)
+    assert reflecting.asked
+    assert isinstance(program, LLFProgram)

@@ -1,8 +1,13 @@
 """GEPA improves a prompt by what the teacher says, with scripted models."""
 
+import runpy
+import sys
+from types import ModuleType
+
 import gepa
 import pytest
 from advice import BANDIT, advice_from, advised
+from documents import python_blocks
 
 from llf_teacher.integrations.dialogue import SCORES
 from llf_teacher.integrations.games import Game
@@ -62,3 +67,16 @@ def test_what_is_reflected_on_has_the_feedback():
 def test_the_score_must_be_one():
     with pytest.raises(ValueError, match="unknown score 'retrun'"):
         LLFAdapter(student, score="retrun")
+
+
+def test_the_pages_example(tmp_path, monkeypatch):
+    """Of two problems to learn from, with the better arm in one place or another, advice is found that is no worse."""
+    (code,) = [each for each in python_blocks().values() if each.startswith("# Needs the extra `gepa`")]
+    (tmp_path / "example.py").write_text(code)
+    mine = ModuleType("my_model")
+    mine.ask, mine.reflect = student, lambda prompt: f"```\n{advice_from(prompt)}\n```"
+    monkeypatch.setitem(sys.modules, "my_model", mine)
+    result = runpy.run_path(f"{tmp_path / 'example.py'}")["result"]
+    assert len(result.candidates) > 1
+    assert result.candidates[1][ADVICE].startswith("pull arm")
+    assert max(result.val_aggregate_scores) <= 0

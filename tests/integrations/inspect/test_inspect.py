@@ -1,9 +1,11 @@
 """Inspect plays its tasks with a scripted model, and its logs say what came of them."""
 
+import inspect
 import os
 import re
 import subprocess
 import sys
+from importlib.metadata import requires
 from statistics import mean
 
 import pytest
@@ -12,6 +14,8 @@ from inspect_ai import eval as play_tasks
 from inspect_ai import eval_set
 from inspect_ai.log import list_eval_logs, read_eval_log
 from inspect_ai.model import ModelOutput, ModelUsage, get_model
+from inspect_ai.model._providers import providers
+from packaging.requirements import Requirement
 
 from llf_teacher import chat_student
 from llf_teacher.integrations.dialogue import SCORES
@@ -138,6 +142,20 @@ def test_a_task_is_of_its_family():
         ValueError, match="ids must be of the family bandits, got llf-gridworld-v0, which is of gridworld"
     ):
         TASKS["bandits"](ids="llf-gridworld-v0")
+
+
+def test_the_named_install_brings_what_the_command_needs():
+    """`--model openai/...` of the page: Inspect does not bring its client, and wants at least this version."""
+    brought = {
+        each.name
+        for each in map(Requirement, requires("llf-teacher"))
+        if each.marker and each.marker.evaluate({"extra": "inspect"})
+    }
+    assert {"inspect-ai", "openai"} <= brought
+    least = re.search(r'MIN_VERSION = "(.*)"', inspect.getsource(providers.validate_openai_client))[1]
+    (ours,) = [each for each in map(Requirement, requires("llf-teacher")) if f"{each}".startswith("openai>=3")]
+    assert not ours.specifier.contains("3.3.9")
+    assert ours.specifier.contains(least)
 
 
 def test_the_command_finds_the_tasks(tmp_path):

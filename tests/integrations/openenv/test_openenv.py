@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import socket
 import subprocess
 import sys
@@ -13,9 +14,11 @@ import pytest
 import requests
 import yaml
 from openenv import GenericEnvClient
+from openenv.cli._cli_utils import validate_env_structure
 
 import llf_teacher
 from llf_teacher.integrations import openenv as ours
+from llf_teacher.integrations.openenv import FeedbackEnv, graders
 from llf_teacher.integrations.openenv.environment import FeedbackServerEnvironment
 from llf_teacher.integrations.openenv.models import FeedbackAction
 from llf_teacher.registry import entry
@@ -75,6 +78,74 @@ def test_an_episode_is_that_of_make(server):
         assert client.state()["step_count"] == 6
 
 
+def test_the_typed_client(server):
+    with FeedbackEnv(base_url=server).sync() as client:
+        seen = client.reset(seed=7, id=GRID, teacher="oracle", max_turns=2)
+        assert "treasure" in seen.observation.instruction
+        assert not seen.done
+        seen = client.step(FeedbackAction(text="fly"))
+        assert seen.observation.metadata["failure"] == "it names no action that there is"
+        seen = client.step(FeedbackAction(text="north"))
+        assert seen.observation.feedback
+        assert (seen.done, seen.observation.done, seen.reward) == (True, True, seen.observation.reward)
+        assert client.state().step_count == 2
+
+
+def test_the_client_is_a_package_of_its_own(server, tmp_path):
+    """Without the rest of llf_teacher, as its `pyproject.toml` says."""
+    shutil.copytree(FOLDER, tmp_path / "source")  # building leaves files behind
+    where = ["--no-build-isolation", "-t", tmp_path, tmp_path / "source"]
+    command = [sys.executable, "-m", "pip", "install", "-q", "--no-deps", *where]
+    subprocess.run(command, check=True, timeout=300)
+    program = (
+        "import sys; from llf_teacher_env import FeedbackAction, FeedbackEnv\n"
+        "with FeedbackEnv(base_url=sys.argv[1]).sync() as env:\n"
+        "    env.reset(id='llf-gridworld-v0', seed=7, teacher='oracle')\n"
+        "    assert env.step(FeedbackAction(text='north')).observation.feedback\n"
+        "assert 'llf_teacher' not in sys.modules and 'gymnasium' not in sys.modules\n"
+    )
+    environment = os.environ | {"PYTHONPATH": f"{tmp_path}"}
+    subprocess.run([sys.executable, "-c", program, server], check=True, timeout=300, env=environment, cwd=tmp_path)
+
+
+def test_the_graders(capsys):
+    """The oracle is the ceiling, silence the floor, and whom a liar teaches ends nearer to it."""
+    assert graders.main([GRID, "llf-poem-Haiku-v0", "llf-bandits-BanditTenArmedRandomFixed-v0"]) == 0
+    assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == ["ok"] * 3
+    found = graders.regrets(GRID)
+    assert found["ceiling"] == 0
+    assert graders.score(found["ceiling"], found) == 1
+    assert graders.score(found["floor"], found) == 0
+
+
+def test_a_helpful_liar_is_found_out(capsys, monkeypatch):
+    monkeypatch.setitem(graders.ROLES, "canary", ("oracle", "text_only"))
+    assert graders.main([GRID]) == 1
+    assert capsys.readouterr().out.startswith(f"WRONG  {GRID}")
+
+
+def test_the_canaries_are_paid_so(tmp_path):
+    assert FOLDER / DECLARED["validation"]["capabilities"]["canaries"] == FOLDER / "canaries.jsonl"
+    lines = [json.loads(line) for line in (FOLDER / "canaries.jsonl").read_text().splitlines()]
+    assert {entry(each["id"]).family.name for each in lines} == {entry(id).family.name for id in llf_teacher.ids()}
+    environment = FeedbackServerEnvironment()
+    for each in lines:
+        environment.reset(id=each["id"], seed=each["seed"], max_turns=each["max_turns"], teacher="silent")
+        seen = [environment.step(FeedbackAction(text=f"{action}")) for action in each["actions"]]
+        assert not any(step.metadata["failure"] for step in seen), each["id"]
+        assert sum(step.reward for step in seen) == pytest.approx(each["reward"], abs=1e-6), each["id"]
+    environment.close()
+
+
+def test_the_image(tmp_path):
+    """What its file says, without Docker: the command starts the declared server, the source is the extra."""
+    lines = dict(line.split(" ", 1) for line in (FOLDER / "Dockerfile").read_text().splitlines() if line[:1] != "#")
+    command = json.loads(lines["CMD"])
+    assert command[:2] == ["uvicorn", DECLARED["app"]]
+    assert command[-1] == f"{DECLARED['port']}" == lines["EXPOSE"]
+    assert lines["ARG"] == 'LLF_TEACHER="llf-teacher[openenv]"'
+
+
 def test_many_play_at_once(server):
     with GenericEnvClient(base_url=server).sync() as one, GenericEnvClient(base_url=server).sync() as other:
         rooms = [client.reset(seed=seed, id=GRID).observation["observation"] for client, seed in ((one, 1), (other, 2))]
@@ -129,7 +200,11 @@ def test_what_is_refused():
 
 def test_the_declaration():
     command = [OPENENV, "validate", FOLDER, "--level", "static"]
-    assert subprocess.run(command, capture_output=True, timeout=100, check=False).returncode == 0
+    validated = subprocess.run(command, capture_output=True, text=True, timeout=100, check=False)
+    assert validated.returncode == 0
+    assert "Verdict: PASS" in validated.stdout
+    assert "WARN" not in validated.stdout
+    assert validate_env_structure(FOLDER) == []
     assert DECLARED["name"] == FeedbackServerEnvironment().get_metadata().name
     assert llf_teacher.__version__.startswith(DECLARED["version"])
     least, greatest = DECLARED["validation"]["reward"]["range"]

@@ -157,3 +157,4 @@ def test_the_pages_example(tmp_path, monkeypatch, tokenizer, model, calling):
     steps = [row for row in trainer.state.log_history if "reward" in row]
     assert len(steps) == 2
     assert all(row["reward"] < 0 < row["tools/call_frequency"] for row in steps)
+    assert trainer.args.max_tool_calling_iterations == 3, "or a model that always calls would never end"

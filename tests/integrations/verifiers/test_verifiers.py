@@ -115,6 +115,23 @@ def test_tasks_are_seeds_of_environments():
         next(islice(LLFTaskset(LLFTasksetConfig(id="llf", env_ids=["llf-gridworl-v0"])), 1, None))
 
 
+def test_no_mean_is_over_units_of_families(home):
+    ids = '["llf-gridworld-v0", "llf-bandits-BanditTenArmedRandomFixed-v0"]'
+    with ScriptedEndpoint(obey) as endpoint:
+        main(arguments(endpoint, home, "-n", "2", "--env.max-turns", "2", "--env.taskset.env-ids", ids))
+    for trace in traces(home)["student"]:
+        assert trace["rewards"].keys() == {"success"}
+        assert not {"return", "regret"} & trace["metrics"].keys()
+        assert {"turns", "parse_failures", "said_fp"} <= trace["metrics"].keys()
+        assert {"return", "regret"} < trace["info"]["llf_teacher"]["scores"].keys()
+    for reward in ("return", "regret"):
+        with pytest.raises(
+            ValueError, match=r"reward must be success for environments of several families \(alfworld, "
+        ):
+            LLFSeats(LLFSeatsConfig(taskset={"id": "llf"}, reward=reward))
+    LLFSeats(LLFSeatsConfig(taskset={"id": "llf", "env_ids": ["llf-gridworld-v0"]}, reward="regret"))
+
+
 def test_a_reward_is_a_score():
     with pytest.raises(ValueError, match=r"reward must be one of success, return, regret, .*, got 'retrun'"):
         LLFSeats(LLFSeatsConfig(taskset={"id": "llf"}, reward="retrun"))

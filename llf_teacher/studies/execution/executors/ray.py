@@ -10,11 +10,12 @@ from typing import Any, Generic, Self
 
 from llf_teacher.studies.execution.executors import AHEAD, Executor, Lost, Process, R, T, Work
 from llf_teacher.studies.execution.executors.batches import Batches, in_batches
+from worlds.extras import pip_install
 
 try:
     import ray
 except ModuleNotFoundError as missing:
-    raise ModuleNotFoundError("the executor 'ray' needs Ray; run: pip install 'llf-teacher[ray]'") from missing
+    raise ModuleNotFoundError(f"the executor 'ray' needs Ray; run: {pip_install('ray')}") from missing
 
 _RETRIES = 3  # times that a task is played again after its process or node was lost
 _ANSWER = 15.0  # seconds within which a cluster must answer

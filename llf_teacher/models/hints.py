@@ -1,0 +1,47 @@
+"""Which setting to change, by what an endpoint replies."""
+
+import re
+
+from llf_teacher.models.settings import KEY
+
+_PAGE = re.compile(r"\s*<(!doctype|html|head|body)\b", re.I)
+_HINTS = (
+    ((401, 403), "", f"set {KEY}"),
+    ((404, 405), "", "give another model, or another base_url, which often ends in /v1"),
+    ((400, 422), r"\bmodel\b.{0,80}\b(not found|not exist|unknown|invalid)", "give another model"),
+    (
+        (400, 413, 422, 500),
+        r"context.{0,9}(length|size|window)|prompt.{0,9}too long|too many.{0,9}tokens",
+        "give a smaller max_prompt_tokens or history",
+    ),
+    (
+        (400, 404, 422, 500),
+        r"response_format|json_schema|structured output|grammar|tool_choice|support.{0,30}\btools?\b",
+        "give another answer, such as answer='text'",
+    ),
+    ((200,), r"\A\s*<", "this is a web page; give another base_url, which often ends in /v1"),
+    (
+        (200,),
+        r"\A\s*(data|event|id)?:",
+        "this is an event stream; give the base_url of an endpoint that does not stream",
+    ),
+)  # statuses, what stands in the reply, what helps
+
+
+UNREACHED = "; does the endpoint run, and is base_url its address?"
+
+
+def hint(status: int | None, text: str) -> str:
+    """What to change, behind a semicolon; empty if that is not known.
+
+    Args:
+        status: the reply's status; None: there was none.
+        text: the reply's body, or the error in it.
+    """
+    found = [say for statuses, wanted, say in _HINTS if status in statuses and re.search(wanted, text, re.I)]
+    return f"; {found[-1]}" if found else ""
+
+
+def is_page(reply: str) -> bool:
+    """Whether a reply is a web page, which no model wrote."""
+    return _PAGE.match(reply) is not None
