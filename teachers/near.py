@@ -12,6 +12,7 @@ claims or, as `Claim.slot`, for one (empty: any text, which only the phrases the
 `fillers` words that say nothing; and `senses` groups of words that turn the sense of a sentence.
 """
 
+import itertools
 import math
 import re
 import string
@@ -24,27 +25,24 @@ from importlib import resources
 from itertools import permutations
 from typing import Any, NamedTuple
 
+import numpy as np
+import scipy.sparse
 from rapidfuzz.distance import OSA
 
-from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Grounded, Scope
+from teachers.atoms import HN, HP, ActionClaim, Claim
 from teachers.schema import names_of
 
 __all__ = ["Near", "Nearest", "Synonyms", "load_synonyms"]
 
-NUMBER, QUOTED, LIST = "number", "quoted", "list"
+NUMBER, QUOTED, LIST, ANY = "number", "quoted", "list", "any"
 _PATTERNS = {
     QUOTED: r'"([^"]*)"|`([^`]*)`',
-    LIST: r"\[[^\[\]]*\]",
+    LIST: r"\[[^\[\]]*\]|\([^()]*,[^()]*\)",
     NUMBER: r"(?<![\w.-])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w-])",
 }
-AGREES, AGREES_ALONE, LIKELIER = 0.33, 0.45, 2.0
-"""How much a sentence must agree with a phrase, with slots and without, and how much likelier a claim must be than the
-next, as a log."""
-OWN = 0.5
-"""The share of claims below which a word is one of a claim's own, of which a sentence must have one."""
-FOREIGN, STRANGE = 0.2, 1
-"""The share of claims below which their words are foreign to others, and how many strange words a sentence may have."""
-_PAST = frozenset("was were did had have has been got went gone pulled took brought chose came".split())  # noqa: SIM905
+KIND = 1.0
+CONFIDENT = 1.0
+OPENINGS = 1
 _NUMBERS = """two three four five six seven eight nine ten eleven twelve thirteen fourteen fifteen sixteen seventeen
 eighteen nineteen twenty"""
 _DIGITS = {word: number for number, word in enumerate(_NUMBERS.split(), 2)} | {"zero": 0, "thirty": 30, "forty": 40}
@@ -97,6 +95,19 @@ class Nearest(NamedTuple):
     """The names of the claims that came nearest, the nearest first."""
 
 
+class _Value(NamedTuple):
+    """What can stand in a slot."""
+
+    at: int
+    kind: str
+    text: str
+    cues: frozenset[str]
+    """The words around it, each with the side."""
+
+
+Kinds = Sequence[tuple[str, str]]
+
+
 class _Phrase(NamedTuple):
     """A phrase of a claim."""
 
@@ -104,24 +115,56 @@ class _Phrase(NamedTuple):
     source: str
     kinds: tuple[tuple[str, str], ...]
     """The slots in their order, each with its kind."""
-    cues: tuple[str, ...]
-    """The word before each slot."""
-    words: frozenset[str]
+    cues: tuple[frozenset[str], ...]
+    """The words around each slot."""
+    words: str
+    """What is not in slots."""
 
 
-class _Candidate(NamedTuple):
-    """A claim that a sentence may state."""
+class _Classifier:
+    """Kernel ridge regression from words to labels: one-hot targets, the label with the greatest score is likeliest.
 
-    claim: str
-    agrees: float
-    """How much the sentence and the nearest phrase agree, 0 to 1."""
-    likely: float
-    """The log of how likely the sentence's words are in phrases of the claim."""
-    foreign: bool
-    """Whether a word of the sentence belongs to a few other claims, or none to this one more than to most."""
-    strange: int
-    """Number of words that no phrase has."""
-    slots: dict[str, str]
+    A text is the set of its words and their triples of letters, each weighted by how few texts have it, at length 1.
+    Leaving out a text needs no new fit: see Rasmussen and Williams, Gaussian Processes for Machine Learning (2006),
+    section 5.4.2.
+
+    Args:
+        labels: per text its label; a pair of text and label counts once.
+        ridge: the greater, the smoother.
+    """
+
+    def __init__(self, labelled: Iterable[tuple[str, str]], ridge: float, pairs_: float = 0.0) -> None:
+        self._pairs = pairs_
+        pairs = list(dict.fromkeys(labelled))
+        self._at = {pair: i for i, pair in enumerate(pairs)}
+        self.labels = sorted({label for _, label in pairs})
+        parts = [_parts_of(text, pairs_) for text, _ in pairs]
+        self._index = {part: i for i, part in enumerate(dict.fromkeys(itertools.chain(*parts)))}
+        having = Counter(itertools.chain(*parts))
+        self._rare = np.log1p(len(pairs) / np.array([having[part] for part in self._index]))
+        self._rarest = math.log1p(len(pairs))
+        self._texts = scipy.sparse.vstack([self._vector(each) for each in parts]).tocsr()
+        kernel = (self._texts @ self._texts.T).toarray()
+        self._inverse = np.linalg.inv(kernel + ridge * np.eye(len(pairs)))
+        self._targets = np.array([[label == each for each in self.labels] for _, label in pairs], float)
+        self._weights = self._inverse @ self._targets
+
+    def _vector(self, parts: Mapping[str, float]) -> scipy.sparse.csr_array:
+        known = [part for part in parts if part in self._index]
+        at = [self._index[part] for part in known]
+        values = self._rare[at] * [parts[part] for part in known]
+        strange = sum((self._rarest * weight) ** 2 for part, weight in parts.items() if part not in self._index)
+        length = math.sqrt(values @ values + strange) or 1.0
+        return scipy.sparse.csr_array((values / length, ([0] * len(at), at)), shape=(1, len(self._index)))
+
+    def scores(self, text: str, without: tuple[str, str] | None = None) -> dict[str, float]:
+        """The score of each label; `without` a text with its label that is left out."""
+        weights = self._weights
+        if without in self._at:
+            i = self._at[without]
+            weights = weights - np.outer(self._inverse[:, i], weights[i]) / self._inverse[i, i]
+        scores = (self._texts @ self._vector(_parts_of(text, self._pairs)).T).toarray()[:, 0] @ weights
+        return dict(zip(self.labels, scores.tolist(), strict=True))
 
 
 class Near:
@@ -131,13 +174,17 @@ class Near:
         classes: the claims by name.
         phrases: per claim its phrases.
         table: of the family.
+        others: phrases of other families, each with the kind of its claim.
     """
 
     def __init__(
-        self, classes: Mapping[str, type[Claim]], phrases: Mapping[str, Iterable[str]], table: Synonyms
+        self,
+        classes: Mapping[str, type[Claim]],
+        phrases: Mapping[str, Iterable[str]],
+        table: Synonyms,
+        others: Iterable[tuple[str, str]] = (),
     ) -> None:
         self._classes, self._table = classes, table
-        phrases = {name: () if _is_vague(classes[name]) else each for name, each in phrases.items()}
         self._synonyms = [
             (
                 re.compile(
@@ -148,132 +195,95 @@ class Near:
             for word, others in table.words.items()
         ]
         self._kinds = {name: _kinds_of(cls, table) for name, cls in classes.items()}
+        actions = Counter(
+            self._kinds[name].get(cls.action_slot, QUOTED) for name, cls in classes.items() if issubclass(cls, ActionClaim) and cls.action_slot
+        )
+        usual = actions.most_common(1)[0][0] if actions else QUOTED
+        for name in ("first", "second"):
+            self._kinds["Better"][name] = usual
+        every = {kind for each in self._kinds.values() for kind in each.values()} | set(_PATTERNS)
+        self._ids = {kind: f"{i}x" for i, kind in enumerate(sorted(every))}
         self._named = {
             self._kinds[name][cls.action_slot]
             for name, cls in classes.items()
             if issubclass(cls, ActionClaim) and cls.action_slot in self._kinds[name]
         } - set(_PATTERNS)
-        names = {_any_of(each) for cls in classes.values() for each in names_of(cls).values()}
-        whole = [rf"(?<![\w-])(?:{each})(?![\w-])" for each in sorted(names)]
+        self._phrases = [self._phrase(name, each) for name, sources in phrases.items() for each in sources]
+        plain = {word for phrase in self._phrases for word in re.findall(r"[a-z]+", phrase.words.lower())}
+        names = {name for cls in classes.values() for each in names_of(cls).values() for name in each if name not in plain}
+        whole = [rf"(?<![\w-])(?:{_any_of(names)})(?![\w-])"] if names else []
         self._entities = [re.compile(each, re.IGNORECASE) for each in (*_PATTERNS.values(), *whole)]
-        made = (self._phrase(name, each) for name, sources in phrases.items() for each in sources if each[-1:] != "?")
-        self._phrases = [phrase for phrase in made if phrase is not None]
-        self._claims: dict[str, set[str]] = defaultdict(set)
+        self._claim = _Classifier(((phrase.words, phrase.claim) for phrase in self._phrases), 1.0, 0.25)
+        kinds = [(_untyped(phrase.words), f"{classes[phrase.claim].kind}") for phrase in self._phrases]
+        self._kind = _Classifier([*kinds, *((self._plain(_blank(text)), kind) for text, kind in others)], 0.5, 0.5)
+        self._openings: dict[str, set[tuple[str, str]]] = defaultdict(set)
         for phrase in self._phrases:
-            for word in phrase.words:
-                self._claims[word].add(phrase.claim)
-        count = len({phrase.claim for phrase in self._phrases})
-        self._weights = {word: math.log(1 + count / len(having)) for word, having in self._claims.items()}
-        self._strange = math.log(1 + count)
-        self._turns: dict[str, Counter[tuple[bool, ...]]] = defaultdict(Counter)
-        for phrase in self._phrases:
-            self._turns[phrase.claim][self._turns_of(phrase.words)] += 1
-        self._totals: Counter[str] = Counter(phrase.claim for phrase in self._phrases)
-        self._having: Counter[tuple[str, str]] = Counter(
-            (phrase.claim, word) for phrase in self._phrases for word in phrase.words
-        )
+            if phrase.source.endswith("?"):
+                self._openings[_opening(phrase.words)].add((phrase.claim, phrase.source))
 
     @cached_property
     def _known(self) -> list[str]:
         """The words that a misspelt one may stand for."""
-        names = (
-            word for kinds in self._kinds.values() for kind in kinds.values() for word in re.findall(r"[a-z]{4,}", kind)
-        )
-        return sorted({word for word in (*self._weights, *names) if len(word) >= 4})
+        texts = [*(phrase.words for phrase in self._phrases), *(k for each in self._kinds.values() for k in each.values())]
+        return sorted({word for text in texts for word in re.findall(r"[a-z]{4,}", text.lower())})
 
     def read(self, sentence: str, without: str | None = None) -> Nearest:
         """Read a sentence.
 
         Args:
-            sentence: of at most 1,000 characters; longer ones are not read, nor questions: these may mean the opposite.
+            sentence: of at most 1,000 characters; longer ones are not read, nor questions that do not begin as phrases
+                of several claims do.
             without: a phrase that is left out, for measuring.
         """
-        if len(sentence) > 1000 or sentence.rstrip(" \"')`").endswith("?"):
-            return Nearest(None, {}, ())
+        confidence, claim, slots, names = self.nearest(sentence, without)
+        return Nearest(claim if confidence >= CONFIDENT else None, slots if confidence >= CONFIDENT else {}, names)
+
+    def nearest(self, sentence: str, without: str | None = None) -> tuple[float, str | None, dict[str, str], tuple[str, ...]]:
+        if len(sentence) > 1000:
+            return -math.inf, None, {}, ()
         text = self._spelt(self._plain(sentence))
-        ranked = self._ranked(text, without)
-        names = tuple(each.claim for each in ranked[:3])
-        if not ranked:
-            return Nearest(None, {}, ())
-        best = ranked[0]
-        rivals = [each for each in ranked[1:] if each.agrees >= best.agrees / 2]
-        clear = all(best.likely - each.likely >= LIKELIER for each in rivals)
-        least = AGREES if best.slots else AGREES_ALONE
-        if best.agrees < least or best.foreign or best.strange > STRANGE or not clear:
-            return Nearest(None, {}, names)
-        return Nearest(best.claim, best.slots, names[:1])
+        if sentence.rstrip(" \"')`").endswith("?"):
+            openings = {claim for claim, source in self._openings[_opening(text)] if source != without}
+            if len(openings) < OPENINGS:
+                return -math.inf, None, {}, ()
+        left = next((phrase for phrase in self._phrases if phrase.source == without), None)
+        found = self._candidates(text, without)
+        if not found:
+            return -math.inf, None, {}, ()
+        scored: dict[str, tuple[float, float, float]] = {}
+        for words in {words for words, _ in found.values()}:
+            claims = self._claim.scores(words, left and (left.words, left.claim))
+            kinds = self._kind.scores(_untyped(words), left and (_untyped(left.words), f"{self._classes[left.claim].kind}"))
+            for name, (its, _) in found.items():
+                if its == words:
+                    kind = f"{self._classes[name].kind}"
+                    scored[name] = claims[name], kinds[kind], max(each for other, each in kinds.items() if other != kind)
+        ranked = sorted(scored, key=lambda name: -(scored[name][0] + KIND * scored[name][1]))
+        best, rivals = ranked[0], [scored[name] for name in ranked[1:]]
+        claim, kind, other = scored[best]
+        total = claim + KIND * kind - max((each[0] + KIND * each[1] for each in rivals), default=0.0)
+        alone = claim - max((each[0] for each in rivals), default=0.0)
+        self.scored = dict(scored)
+        self.features = (total, alone, kind - other, claim)
+        return total + alone + (kind - other), best, found[best][1], tuple(ranked[:3])
 
-    def fits(self, claim: str, slots: Mapping[str, str]) -> bool:
-        """Whether what stands in a claim's slots is of their kinds, as far as these are known."""
-        kinds = self._kinds.get(claim, {})
-        patterns = {slot: _PATTERNS.get(kind, kind) for slot, kind in kinds.items()}
-        return all(
-            re.fullmatch(patterns[slot], value.strip('"`'), re.IGNORECASE)
-            for slot, value in slots.items()
-            if slot in patterns
-        )
-
-    def _ranked(self, text: str, without: str | None) -> list["_Candidate"]:
-        """The claims whose slots the sentence can fill, the likeliest first."""
-        seen: dict[frozenset[str], tuple[list[tuple[str, str, str]], frozenset[str]] | None] = {}
-        nearest: dict[str, tuple[float, dict[str, str], frozenset[str]]] = {}
-        missing: _Phrase | None = None
+    def _candidates(self, text: str, without: str | None) -> dict[str, tuple[str, dict[str, str]]]:
+        """The claims whose slots the sentence can fill, with its other words and the slots."""
+        seen: dict[frozenset[str], tuple[list[_Value], str] | None] = {}
+        found: dict[str, tuple[str, dict[str, str]]] = {}
         for phrase in self._phrases:
-            if phrase.source == without:
-                missing = phrase
-                continue
             kinds = frozenset(kind for _, kind in phrase.kinds)
+            if phrase.source == without or phrase.claim in found or ANY in kinds:
+                continue
             if kinds not in seen:
                 seen[kinds] = self._parts(text, kinds)
             if (parts := seen[kinds]) is None:
                 continue
-            values, words = parts
-            slots = self._filled(phrase, values)
+            slots = self._filled(phrase.claim, phrase.kinds, parts[0], without)
             if slots is not None:
-                agrees = self._agrees(words, phrase.words)
-                if agrees > nearest.get(phrase.claim, (-1.0,))[0]:
-                    nearest[phrase.claim] = agrees, slots, words
-        found = []
-        for name, (agrees, slots, words) in nearest.items():
-            if not self._same_sense(words, name, missing):
-                continue
-            gone = missing.words if missing is not None and missing.claim == name else frozenset()
-            total = self._totals[name] - bool(gone)
-            has = {word: self._having[name, word] - (word in gone) for word in words}
-            likely = sum(math.log((number + 0.2) / (total + 1.0)) for number in has.values())
-            new = [word for word in words if not has[word] and word not in self._table.fillers]
-            few = FOREIGN * len(self._totals)
-            foreign = any(word in self._claims and len(self._claims[word]) < few for word in new)
-            foreign |= bool(new) and not slots  # nothing but the words says what is meant
-            strange = sum(word not in self._claims for word in new)
-            foreign |= not any(has[word] and len(self._claims[word]) < OWN * len(self._totals) for word in words)
-            found.append(_Candidate(name, agrees, likely, foreign, strange, slots))
-        return sorted(found, key=lambda each: -each.likely)
-
-    def _turns_of(self, words: frozenset[str]) -> tuple[bool, ...]:
-        """Which of the groups of words that turn the sense there are; the last one is of the past."""
-        return tuple(bool(words & group) for group in (*self._table.senses, _PAST))
-
-    def _same_sense(self, words: frozenset[str], claim: str, without: _Phrase | None) -> bool:
-        """Whether the words turn the sense as a phrase of the claim does, and are of the past only if one is."""
-        mine = self._turns_of(words)
-        turns = self._turns[claim]
-        if without is not None and without.claim == claim:
-            turns = turns - Counter([self._turns_of(without.words)])
-        total = turns.total()
-        for i, has in enumerate(mine):
-            number = sum(count for each, count in turns.items() if each[i])
-            if (has and not number) or (not has and number == total):
-                return False
-        return any(each[:-1] == mine[:-1] for each in turns)
-
-    def _agrees(self, mine: frozenset[str], its: frozenset[str]) -> float:
-        """How much the words agree: twice the weight of the shared ones over the weight of all."""
-        both = sum(self._weight(word) for word in mine & its)
-        return 2 * both / (sum(map(self._weight, mine)) + sum(map(self._weight, its)) or 1.0)
-
-    def _weight(self, word: str) -> float:
-        return self._weights.get(word, self._strange)
+                found[phrase.claim] = parts[1], slots
+        left = min((len(words) for words, slots in found.values() if slots), default=0)
+        return {name: each for name, each in found.items() if not each[1] or len(each[0]) == left}
 
     def _plain(self, text: str) -> str:
         """A text with synonyms as the phrases have them, numbers in digits and no contractions; quotations stay."""
@@ -294,7 +304,7 @@ class Near:
 
         def right(found: re.Match[str]) -> str:
             word = found[0].lower()
-            if word in self._weights or not found[0][1:].islower():
+            if word in self._known or not found[0][1:].islower():
                 return found[0]
             near = [known for known in self._known if known[0] == word[0] and _slipped(word, known)]
             return near[0] if len(near) == 1 else found[0]
@@ -302,20 +312,16 @@ class Near:
         parts = _KEPT.split(text)
         return "".join(part if i % 2 else _WORD.sub(right, part) for i, part in enumerate(parts))
 
-    def _parts(self, text: str, kinds: frozenset[str]) -> tuple[list[tuple[str, str, str]], frozenset[str]] | None:
+    def _parts(self, text: str, kinds: frozenset[str]) -> tuple[list[_Value], str] | None:
         """What can stand in slots of these kinds, each with its kind and the word before; and the other words.
 
         None if there is something else that could stand in a slot, or a part of an action that stands in one.
         """
-        for kind in self._named - kinds:
-            if re.search(rf"(?<![\w-])(?:{kind})(?![\w-])", text, re.IGNORECASE):
-                return None
-        found: list[tuple[int, str, str, str]] = []
+        found: list[_Value] = []
 
         def take(kind: str, match: re.Match[str]) -> str:
             value = next((group for group in match.groups() if group is not None), match[0])
-            before = re.findall(r"[\w']+", match.string[: match.start()])
-            found.append((match.start(), kind, value, before[-1].lower() if before else ""))
+            found.append(_Value(match.start(), kind, value, _cues(match.string[: match.start()], match.string[match.end() :])))
             return "\0" * (match.end() - match.start())
 
         for kind in sorted(kinds, key=_looked_for):
@@ -323,68 +329,66 @@ class Near:
             if kind not in (QUOTED, LIST, NUMBER):
                 pattern = rf"(?<![\w-])[\"`]?({pattern})[\"`]?(?![\w-])"
             text = re.sub(pattern, partial(take, kind), text, flags=re.IGNORECASE)
-        if any(pattern.search(text) for pattern in self._entities):
+        if any(pattern.search(text) for pattern in self._entities) or any(
+            re.search(rf"(?<![\w-])(?:{kind})(?![\w-])", text, re.IGNORECASE) for kind in self._named - kinds
+        ):
             return None
-        return [part[1:] for part in sorted(found)], _words(text.replace("\0", " "))
+        for value in sorted(found, reverse=True):
+            text = f"{text[:value.at]} # {text[value.at:].lstrip(chr(0))}"
+        return sorted(found), text.replace(chr(0), " ")
 
-    def _filled(self, phrase: _Phrase, values: Sequence[tuple[str, str, str]]) -> dict[str, str] | None:
-        """The values in a phrase's slots, if they fit; the action of a verdict may be missing."""
-        wanted = list(phrase.kinds)
-        if len(values) < len(wanted):
-            cls = self._classes[phrase.claim]
-            if not (issubclass(cls, ActionClaim) and cls.kind in (HP, HN) and cls.action_slot):
-                return None
+    def _filled(self, claim: str, kinds: Kinds, values: Sequence[_Value], without: str | None) -> dict[str, str] | None:
+        """The values in the slots of a claim, if they fit; the action of a verdict may be missing."""
+        wanted = list(kinds)
+        cls = self._classes[claim]
+        if len(values) < len(wanted) and issubclass(cls, ActionClaim) and cls.kind in (HP, HN) and cls.action_slot:
             wanted = [(slot, kind) for slot, kind in wanted if slot != cls.action_slot]
-        if sorted(kind for _, kind in wanted) != sorted(kind for kind, _, _ in values):
+        if sorted(kind for _, kind in wanted) != sorted(value.kind for value in values):
             return None
         slots: dict[str, str] = {}
         for kind in {kind for _, kind in wanted}:
             names = [slot for slot, its in wanted if its == kind]
-            found = [(value, cue) for its, value, cue in values if its == kind]
-            order = self._ordered(phrase, names, [cue for _, cue in found])
-            if order is None:
-                return None
-            slots |= {name: found[i][0] for name, i in zip(names, order, strict=True)}
+            found = [value for value in values if value.kind == kind]
+            order = self._ordered(claim, names, found, without)
+            slots |= {name: found[i].text for name, i in zip(names, order, strict=True)}
         return slots
 
-    @staticmethod
-    def _ordered(phrase: _Phrase, names: Sequence[str], cues: Sequence[str]) -> Sequence[int] | None:
-        """Which of several values of a kind stands in which slot, by the words before them; None if that is open."""
-        if len(names) == 1:
-            return (0,)
-        own = dict(zip((slot for slot, _ in phrase.kinds), phrase.cues, strict=True))
-        if len(names) > 5:
-            return None
-        orders = permutations(range(len(names)))
-        scored = [(sum(own[name] == cues[i] for name, i in zip(names, order, strict=True)), order) for order in orders]
-        ranked = sorted(scored, reverse=True)
-        (most, first), (next_most, _) = ranked[:2]
-        return first if most > next_most and most >= len(names) - 1 else None
+    def _ordered(self, claim: str, names: Sequence[str], found: Sequence[_Value], without: str | None) -> Sequence[int]:
+        """Which of several values of a kind most likely stands in which slot, by the words around it and their order."""
+        if len(names) == 1 or len(names) > 5:
+            return range(len(names))
+        phrases = [each for each in self._phrases if each.claim == claim and each.source != without]
 
-    def _phrase(self, name: str, source: str) -> _Phrase | None:
-        """A phrase, if each of its slots has a kind."""
-        text = ""
+        def fit(order: Sequence[int]) -> float:
+            fits = 0.0
+            for phrase in phrases:
+                cues = dict(zip((slot for slot, _ in phrase.kinds), phrase.cues, strict=True))
+                if set(names) <= set(cues):
+                    alike = [len(cues[name] & found[i].cues) for name, i in zip(names, order, strict=True)]
+                    as_it = [name for name in cues if name in names] == [names[i] for i in np.argsort(order)]
+                    fits += sum(alike) + as_it
+            return fits
+
+        return max(itertools.permutations(range(len(names))), key=fit)
+
+    def _phrase(self, name: str, source: str) -> _Phrase:
+        """A phrase; a slot whose values have no known form is of the kind `ANY`, and the sentence is not read."""
+        parts = [(literal, slot, spec) for literal, slot, spec, _ in string.Formatter().parse(source)]
         kinds: list[tuple[str, str]] = []
-        cues: list[str] = []
-        for literal, slot, spec, _ in string.Formatter().parse(source):
+        cues: list[frozenset[str]] = []
+        text = ""
+        for i, (literal, slot, spec) in enumerate(parts):
             text += literal
             if slot is None:
                 continue
             quoted = text[-1:] in ('"', "`")
             kind = self._kinds[name].get(slot) or (NUMBER if spec else QUOTED if quoted else None)
-            if kind is None or slot in (known for known, _ in kinds):
-                return None
+            kind = kind or ANY
             kinds.append((slot, kind))
-            before = re.findall(r"[\w']+", self._reworded(text))
-            cues.append(before[-1].lower() if before else "")
-            text += " \0 "
-        return _Phrase(
-            name,
-            source,
-            tuple(kinds),
-            tuple(cues),
-            _words(self._plain(text.replace("\0", " ").replace('"', " ").replace("`", " "))),
-        )
+            cues.append(_cues(self._reworded(text), self._reworded(parts[i + 1][0] if i + 1 < len(parts) else "")))
+            text += " # "
+        words = self._plain(text.replace('"', " ").replace("`", " "))
+        return _Phrase(name, source, tuple(kinds), tuple(cues), words)
 
 
 def _kinds_of(cls: type[Claim], table: Synonyms) -> dict[str, str]:
@@ -404,19 +408,49 @@ def _any_of(texts: Iterable[str]) -> str:
     return "|".join(map(re.escape, sorted(texts, key=lambda text: (-len(text), text))))
 
 
-def _is_vague(cls: type[Claim]) -> bool:
-    """Whether people's words for other claims are too near: advice without content, and rules of all worlds."""
-    if cls.scope is Scope.FAMILY:
-        return True
-    return issubclass(cls, Grounded) and cls.kind in (FP, FN) and not fields(cls)  # type: ignore[arg-type]  # a dataclass
-
-
 def _is_number(kind: Any) -> bool:
     return getattr(kind, "__origin__", kind) in (int, float)
 
 
-def _words(text: str) -> frozenset[str]:
-    return frozenset(re.findall(r"[a-z0-9']+", text.lower()))
+def _parts_of(text: str, pairs: float) -> dict[str, float]:
+    """The stems of a text's words, their triples of letters, and its pairs of words, each with its weight."""
+    words = [_stem(word) for word in re.findall(r"[a-z0-9']+|#\w*|[?]", text.lower())]
+    parts = dict.fromkeys(words, 1.0)
+    parts |= {f"{word[i : i + 3]}_": 0.3 for word in words if len(word) >= 4 for i in range(len(word) - 2)}
+    for i, word in enumerate(words):
+        if word in _NOT:
+            parts |= {f"not {each}": 0.7 for each in words[i + 1 : i + 5]}
+    if pairs:
+        parts |= {f"{one} {other}": pairs for one, other in itertools.pairwise(["", *words, ""])}
+    return parts
+
+
+_NOT = frozenset({"not", "no", "never", "nothing", "without", "none"})
+
+
+def _stem(word: str) -> str:
+    """A word without its ending."""
+    return re.sub(r"(?<=...)(?:ing|ed|ly|es|s|er|est|e)$", "", word)
+
+
+def _cues(before: str, after: str) -> frozenset[str]:
+    """The last two words before a slot, the last one twice, and the first behind it."""
+    left, right = re.findall(r"[\w']+", before.lower())[-2:], re.findall(r"[\w']+", after.lower())[:1]
+    return frozenset([*(f"{word} _" for word in left), *(f"{word} #" for word in left[-1:]), *(f"_ {word}" for word in right)])
+
+
+def _untyped(t):
+    return re.sub(r"#\w+", "#", t)
+
+
+def _opening(text: str) -> str:
+    """The first three words."""
+    return " ".join(re.findall(r"[a-z0-9']+", text.lower())[:2])
+
+
+def _blank(source: str) -> str:
+    """A phrase without its slots."""
+    return "".join(literal + " # " * (slot is not None) for literal, slot, *_ in string.Formatter().parse(source))
 
 
 def _slipped(word: str, known: str) -> bool:
