@@ -1,15 +1,14 @@
-"""Reading sentences that are nearly a teacher's: other numbers, order, spelling, and a small table of synonyms.
+"""Reading sentences that are nearly a teacher's, by what the phrases themselves teach.
 
-A sentence is compared with the phrases of each claim. What can stand in a phrase's slots is looked for first, by the
-slot's kind: a number, a quotation, a list, a name of an enumeration, or a pattern of the family's table. What remains
-are words. Two measures decide: how much of the sentence and of the nearest phrase agree, each word by how few claims
-have it; and how much likelier the words are under this claim than under the next one. Where these are not clear, the
-sentence is not read. The truth of the world is never looked at.
+What can stand in a phrase's slots is looked for first, by the slot's kind: a number, a quotation, a list, a name of an
+enumeration, or a pattern of the family's table. Claims whose slots the sentence fills are candidates. The other words
+decide by two classifiers: which of the claims they state, learnt from the family's phrases, and which kind of
+feedback they are, learnt from the phrases of all families. Where one of the two is not clear, the sentence is not read.
+The truth of the world is never looked at.
 
 The tables are `synonyms/common.toml` and `synonyms/<family>.toml`. `words` has per word of the phrases what people say
-in its place; `slots` the patterns of slots that hold neither number nor enumeration, or `<list>` or `<number>`, for all
-claims or, as `Claim.slot`, for one (empty: any text, which only the phrases themselves can have);
-`fillers` words that say nothing; and `senses` groups of words that turn the sense of a sentence.
+in its place; `slots` the patterns of slots that hold neither number nor enumeration, or `<list>`, `<number>` or
+`<action>`, for all claims or, as `Claim.slot`, for one (empty: any text, which only the phrases themselves can have).
 """
 
 import itertools
@@ -17,12 +16,11 @@ import math
 import re
 import string
 import tomllib
-from collections import Counter, defaultdict
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
 from functools import cache, cached_property, partial
 from importlib import resources
-from itertools import permutations
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -40,9 +38,10 @@ _PATTERNS = {
     LIST: r"\[[^\[\]]*\]|\([^()]*,[^()]*\)",
     NUMBER: r"(?<![\w.-])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w-])",
 }
-KIND = 1.0
-CONFIDENT = 1.0
-OPENINGS = 1
+CONFIDENT = 0.13
+"""How far the best claim's score must be above the next one's."""
+KIND, KIND_SHARE = 0.6, 0.4
+"""How much the score of the kind counts for the order of claims, and its lead beside the lead of the claim."""
 _NUMBERS = """two three four five six seven eight nine ten eleven twelve thirteen fourteen fifteen sixteen seventeen
 eighteen nineteen twenty"""
 _DIGITS = {word: number for number, word in enumerate(_NUMBERS.split(), 2)} | {"zero": 0, "thirty": 30, "forty": 40}
@@ -60,10 +59,6 @@ class Synonyms(NamedTuple):
 
     words: Mapping[str, Sequence[str]]
     slots: Mapping[str, str]
-    fillers: frozenset[str]
-    """Words that say nothing."""
-    senses: tuple[frozenset[str], ...]
-    """Groups of words that turn the sense of a sentence: with one it says something else than without."""
 
 
 @cache
@@ -71,17 +66,13 @@ def load_synonyms(family: str) -> Synonyms:
     """The table of a family, with that of all families."""
     words: dict[str, Sequence[str]] = {}
     slots: dict[str, str] = {}
-    fillers: set[str] = set()
-    senses: list[frozenset[str]] = []
     for name in ("common", family):
         file = resources.files("teachers.synonyms").joinpath(f"{name}.toml")
         if file.is_file():
             table = tomllib.loads(file.read_text(encoding="utf-8"))
             words |= table.get("words", {})
             slots |= table.get("slots", {})
-            fillers |= {*table.get("fillers", ())}
-            senses += [frozenset(group.split()) for group in table.get("senses", ())]
-    return Synonyms(words, slots, frozenset(fillers), tuple(senses))
+    return Synonyms(words, slots)
 
 
 class Nearest(NamedTuple):
@@ -93,6 +84,11 @@ class Nearest(NamedTuple):
     """The text in each slot."""
     candidates: tuple[str, ...]
     """The names of the claims that came nearest, the nearest first."""
+    lead: float
+    """How far the nearest claim is ahead, as `CONFIDENT` asks; minus infinity if there is none."""
+
+
+_UNREAD = Nearest(None, {}, (), -math.inf)
 
 
 class _Value(NamedTuple):
@@ -105,15 +101,12 @@ class _Value(NamedTuple):
     """The words around it, each with the side."""
 
 
-Kinds = Sequence[tuple[str, str]]
-
-
 class _Phrase(NamedTuple):
     """A phrase of a claim."""
 
     claim: str
     source: str
-    kinds: tuple[tuple[str, str], ...]
+    kinds: dict[str, str]
     """The slots in their order, each with its kind."""
     cues: tuple[frozenset[str], ...]
     """The words around each slot."""
@@ -122,34 +115,34 @@ class _Phrase(NamedTuple):
 
 
 class _Classifier:
-    """Kernel ridge regression from words to labels: one-hot targets, the label with the greatest score is likeliest.
+    """Kernel ridge regression from words to labels: one-hot targets; the greatest score is the likeliest label.
 
-    A text is the set of its words and their triples of letters, each weighted by how few texts have it, at length 1.
-    Leaving out a text needs no new fit: see Rasmussen and Williams, Gaussian Processes for Machine Learning (2006),
-    section 5.4.2.
+    A text is the set of its words, of their triples of letters, and of pairs of words, each weighted by how few texts
+    have it, at length 1. A text is left out without a new fit (Rasmussen and Williams, Gaussian Processes for Machine
+    Learning, 2006, section 5.4.2).
 
     Args:
-        labels: per text its label; a pair of text and label counts once.
+        labelled: texts with their labels; a pair counts once.
         ridge: the greater, the smoother.
+        pairs: the weight of pairs of words, where words have 1.
     """
 
-    def __init__(self, labelled: Iterable[tuple[str, str]], ridge: float, pairs_: float = 0.0) -> None:
-        self._pairs = pairs_
-        pairs = list(dict.fromkeys(labelled))
-        self._at = {pair: i for i, pair in enumerate(pairs)}
-        self.labels = sorted({label for _, label in pairs})
-        parts = [_parts_of(text, pairs_) for text, _ in pairs]
-        self._index = {part: i for i, part in enumerate(dict.fromkeys(itertools.chain(*parts)))}
+    def __init__(self, labelled: Iterable[tuple[str, str]], ridge: float, pairs: float) -> None:
+        self._pairs = pairs
+        self._at = {each: i for i, each in enumerate(dict.fromkeys(labelled))}
+        self._labels = sorted({label for _, label in self._at})
+        parts = [_parts_of(text, pairs) for text, _ in self._at]
         having = Counter(itertools.chain(*parts))
-        self._rare = np.log1p(len(pairs) / np.array([having[part] for part in self._index]))
-        self._rarest = math.log1p(len(pairs))
+        self._index = {part: i for i, part in enumerate(having)}
+        self._rare = np.log1p(len(parts) / np.array([*having.values()], float))
+        self._rarest = math.log1p(len(parts))
         self._texts = scipy.sparse.vstack([self._vector(each) for each in parts]).tocsr()
         kernel = (self._texts @ self._texts.T).toarray()
-        self._inverse = np.linalg.inv(kernel + ridge * np.eye(len(pairs)))
-        self._targets = np.array([[label == each for each in self.labels] for _, label in pairs], float)
-        self._weights = self._inverse @ self._targets
+        self._inverse = np.linalg.inv(kernel + ridge * np.eye(len(parts)))
+        self._weights = self._inverse @ np.array([[label == each for each in self._labels] for _, label in self._at])
 
-    def _vector(self, parts: Mapping[str, float]) -> scipy.sparse.csr_array:
+    def _vector(self, parts: Mapping[str, float]) -> Any:
+        """The text of these parts as a row."""
         known = [part for part in parts if part in self._index]
         at = [self._index[part] for part in known]
         values = self._rare[at] * [parts[part] for part in known]
@@ -158,13 +151,13 @@ class _Classifier:
         return scipy.sparse.csr_array((values / length, ([0] * len(at), at)), shape=(1, len(self._index)))
 
     def scores(self, text: str, without: tuple[str, str] | None = None) -> dict[str, float]:
-        """The score of each label; `without` a text with its label that is left out."""
+        """The score of each label, as if a labelled text were not known."""
         weights = self._weights
         if without in self._at:
             i = self._at[without]
             weights = weights - np.outer(self._inverse[:, i], weights[i]) / self._inverse[i, i]
-        scores = (self._texts @ self._vector(_parts_of(text, self._pairs)).T).toarray()[:, 0] @ weights
-        return dict(zip(self.labels, scores.tolist(), strict=True))
+        alike = (self._texts @ self._vector(_parts_of(text, self._pairs)).T).toarray()[:, 0]
+        return dict(zip(self._labels, (alike @ weights).tolist(), strict=True))
 
 
 class Near:
@@ -184,106 +177,94 @@ class Near:
         table: Synonyms,
         others: Iterable[tuple[str, str]] = (),
     ) -> None:
-        self._classes, self._table = classes, table
-        self._synonyms = [
-            (
-                re.compile(
-                    rf"\b(?:{'|'.join(map(re.escape, sorted(others, key=len, reverse=True)))})\b", re.IGNORECASE
-                ),
-                word,
-            )
-            for word, others in table.words.items()
-        ]
-        self._kinds = {name: _kinds_of(cls, table) for name, cls in classes.items()}
-        actions = Counter(
-            self._kinds[name].get(cls.action_slot, QUOTED) for name, cls in classes.items() if issubclass(cls, ActionClaim) and cls.action_slot
-        )
-        usual = actions.most_common(1)[0][0] if actions else QUOTED
-        for name in ("first", "second"):
-            self._kinds["Better"][name] = usual
-        every = {kind for each in self._kinds.values() for kind in each.values()} | set(_PATTERNS)
-        self._ids = {kind: f"{i}x" for i, kind in enumerate(sorted(every))}
-        self._named = {
-            self._kinds[name][cls.action_slot]
-            for name, cls in classes.items()
-            if issubclass(cls, ActionClaim) and cls.action_slot in self._kinds[name]
-        } - set(_PATTERNS)
+        self._classes = classes
+        self._synonyms = [(re.compile(rf"\b(?:{_any_of(each)})\b", re.I), word) for word, each in table.words.items()]
+        self._slots = {name: _kinds_of(cls, table) for name, cls in classes.items()}
+        actions = {name: cls.action_slot for name, cls in classes.items() if issubclass(cls, ActionClaim)}
+        known = [self._slots[name][slot] for name, slot in actions.items() if slot in self._slots[name]]
+        usual = Counter(known).most_common(1)[0][0] if known else QUOTED
+        for kinds in self._slots.values():
+            kinds |= {slot: usual for slot, kind in kinds.items() if kind == "<action>"}
+        self._named = {*known} - set(_PATTERNS)
         self._phrases = [self._phrase(name, each) for name, sources in phrases.items() for each in sources]
-        plain = {word for phrase in self._phrases for word in re.findall(r"[a-z]+", phrase.words.lower())}
-        names = {name for cls in classes.values() for each in names_of(cls).values() for name in each if name not in plain}
-        whole = [rf"(?<![\w-])(?:{_any_of(names)})(?![\w-])"] if names else []
-        self._entities = [re.compile(each, re.IGNORECASE) for each in (*_PATTERNS.values(), *whole)]
-        self._claim = _Classifier(((phrase.words, phrase.claim) for phrase in self._phrases), 1.0, 0.25)
-        kinds = [(_untyped(phrase.words), f"{classes[phrase.claim].kind}") for phrase in self._phrases]
-        self._kind = _Classifier([*kinds, *((self._plain(_blank(text)), kind) for text, kind in others)], 0.5, 0.5)
-        self._openings: dict[str, set[tuple[str, str]]] = defaultdict(set)
-        for phrase in self._phrases:
-            if phrase.source.endswith("?"):
-                self._openings[_opening(phrase.words)].add((phrase.claim, phrase.source))
+        plain = {word for phrase in self._phrases for word in _words(phrase.words)}
+        every = {each for cls in classes.values() for names in names_of(cls).values() for each in names}
+        self._entities = [re.compile(each) for each in (*_PATTERNS.values(), _whole(_any_of(every - plain)))]
+        self._claim = _Classifier(((each.words, each.claim) for each in self._phrases), 1.0, 0.25)
+        own = [(each.words, self._kind_of(each.claim)) for each in self._phrases]
+        self._kind = _Classifier([*own, *((self._plain(_blank(text)), kind) for text, kind in others)], 0.5, 0.5)
+        self._questions = [each for each in self._phrases if each.source.endswith("?")]
+
+    def _kind_of(self, claim: str) -> str:
+        return f"{self._classes[claim].kind}"
 
     @cached_property
     def _known(self) -> list[str]:
         """The words that a misspelt one may stand for."""
-        texts = [*(phrase.words for phrase in self._phrases), *(k for each in self._kinds.values() for k in each.values())]
+        texts = [phrase.words for phrase in self._phrases]
+        texts += [kind for kinds in self._slots.values() for kind in kinds.values()]
         return sorted({word for text in texts for word in re.findall(r"[a-z]{4,}", text.lower())})
 
     def read(self, sentence: str, without: str | None = None) -> Nearest:
         """Read a sentence.
 
         Args:
-            sentence: of at most 1,000 characters; longer ones are not read, nor questions that do not begin as phrases
-                of several claims do.
+            sentence: of at most 1,000 characters; longer ones are not read, nor questions that begin as no phrase does.
             without: a phrase that is left out, for measuring.
         """
-        confidence, claim, slots, names = self.nearest(sentence, without)
-        return Nearest(claim if confidence >= CONFIDENT else None, slots if confidence >= CONFIDENT else {}, names)
-
-    def nearest(self, sentence: str, without: str | None = None) -> tuple[float, str | None, dict[str, str], tuple[str, ...]]:
         if len(sentence) > 1000:
-            return -math.inf, None, {}, ()
+            return _UNREAD
         text = self._spelt(self._plain(sentence))
         if sentence.rstrip(" \"')`").endswith("?"):
-            openings = {claim for claim, source in self._openings[_opening(text)] if source != without}
-            if len(openings) < OPENINGS:
-                return -math.inf, None, {}, ()
-        left = next((phrase for phrase in self._phrases if phrase.source == without), None)
-        found = self._candidates(text, without)
+            alike = [each for each in self._questions if _words(each.words)[:2] == _words(text)[:2]]
+            if all(each.source == without for each in alike):
+                return _UNREAD
+        left = next((each for each in self._phrases if each.source == without), None)
+        found = self._candidates(text, left)
         if not found:
-            return -math.inf, None, {}, ()
-        scored: dict[str, tuple[float, float, float]] = {}
+            return _UNREAD
+        claims: dict[str, float] = {}
+        kinds: dict[str, dict[str, float]] = {}
         for words in {words for words, _ in found.values()}:
-            claims = self._claim.scores(words, left and (left.words, left.claim))
-            kinds = self._kind.scores(_untyped(words), left and (_untyped(left.words), f"{self._classes[left.claim].kind}"))
-            for name, (its, _) in found.items():
-                if its == words:
-                    kind = f"{self._classes[name].kind}"
-                    scored[name] = claims[name], kinds[kind], max(each for other, each in kinds.items() if other != kind)
-        ranked = sorted(scored, key=lambda name: -(scored[name][0] + KIND * scored[name][1]))
-        best, rivals = ranked[0], [scored[name] for name in ranked[1:]]
-        claim, kind, other = scored[best]
-        total = claim + KIND * kind - max((each[0] + KIND * each[1] for each in rivals), default=0.0)
-        alone = claim - max((each[0] for each in rivals), default=0.0)
-        self.scored = dict(scored)
-        self.features = (total, alone, kind - other, claim)
-        return total + alone + (kind - other), best, found[best][1], tuple(ranked[:3])
+            scores = self._claim.scores(words, left and (left.words, left.claim))
+            of_kinds = self._kind.scores(words, left and (left.words, self._kind_of(left.claim)))
+            for name in (name for name, (its, _) in found.items() if its == words):
+                claims[name], kinds[name] = scores[name], of_kinds
+        ranked = sorted(claims, key=lambda name: -(claims[name] + KIND * kinds[name][self._kind_of(name)]))
+        best = ranked[0]
+        kind = kinds[best].pop(self._kind_of(best)) if len(kinds[best]) > 1 else 1.0
+        lead = claims[best] - max((claims[name] for name in ranked[1:]), default=0.0)
+        lead = min(lead, claims[best], KIND_SHARE * (kind - max(kinds[best].values())))
+        clear = lead >= CONFIDENT and all(found[best][1].values())
+        return Nearest(best if clear else None, found[best][1] if clear else {}, tuple(ranked[:3]), lead)
 
-    def _candidates(self, text: str, without: str | None) -> dict[str, tuple[str, dict[str, str]]]:
+    def fits(self, claim: str, slots: Mapping[str, str]) -> bool:
+        """Whether what stands in a claim's slots is of their kinds, as far as these are known."""
+        kinds = self._slots.get(claim, {})
+        patterns = {slot: _PATTERNS.get(kind, kind) for slot, kind in kinds.items()}
+        return all(
+            re.fullmatch(patterns[slot], value.strip('"`'), re.IGNORECASE)
+            for slot, value in slots.items()
+            if slot in patterns
+        )
+
+    def _candidates(self, text: str, without: _Phrase | None) -> dict[str, tuple[str, dict[str, str]]]:
         """The claims whose slots the sentence can fill, with its other words and the slots."""
         seen: dict[frozenset[str], tuple[list[_Value], str] | None] = {}
         found: dict[str, tuple[str, dict[str, str]]] = {}
         for phrase in self._phrases:
-            kinds = frozenset(kind for _, kind in phrase.kinds)
-            if phrase.source == without or phrase.claim in found or ANY in kinds:
+            kinds = frozenset(phrase.kinds.values())
+            if phrase is without or phrase.claim in found or ANY in kinds:
                 continue
             if kinds not in seen:
                 seen[kinds] = self._parts(text, kinds)
             if (parts := seen[kinds]) is None:
                 continue
-            slots = self._filled(phrase.claim, phrase.kinds, parts[0], without)
+            slots = self._filled(phrase, parts[0], without)
             if slots is not None:
                 found[phrase.claim] = parts[1], slots
-        left = min((len(words) for words, slots in found.values() if slots), default=0)
-        return {name: each for name, each in found.items() if not each[1] or len(each[0]) == left}
+        least = min((len(words) for words, slots in found.values() if slots), default=0)  # the rest is in slots
+        return {name: each for name, each in found.items() if not each[1] or len(each[0]) == least}
 
     def _plain(self, text: str) -> str:
         """A text with synonyms as the phrases have them, numbers in digits and no contractions; quotations stay."""
@@ -321,79 +302,77 @@ class Near:
 
         def take(kind: str, match: re.Match[str]) -> str:
             value = next((group for group in match.groups() if group is not None), match[0])
-            found.append(_Value(match.start(), kind, value, _cues(match.string[: match.start()], match.string[match.end() :])))
+            around = _cues(match.string[: match.start()], match.string[match.end() :])
+            found.append(_Value(match.start(), kind, value, around))
             return "\0" * (match.end() - match.start())
 
         for kind in sorted(kinds, key=_looked_for):
-            pattern = _PATTERNS.get(kind, kind)
-            if kind not in (QUOTED, LIST, NUMBER):
-                pattern = rf"(?<![\w-])[\"`]?({pattern})[\"`]?(?![\w-])"
+            pattern = _PATTERNS.get(kind) or rf"(?<![\w-])[\"`]?({kind})[\"`]?(?![\w-])"
             text = re.sub(pattern, partial(take, kind), text, flags=re.IGNORECASE)
-        if any(pattern.search(text) for pattern in self._entities) or any(
-            re.search(rf"(?<![\w-])(?:{kind})(?![\w-])", text, re.IGNORECASE) for kind in self._named - kinds
-        ):
+        others = [re.compile(_whole(kind), re.I) for kind in self._named - kinds]
+        if any(pattern.search(text) for pattern in (*self._entities, *others)):
             return None
-        for value in sorted(found, reverse=True):
-            text = f"{text[:value.at]} # {text[value.at:].lstrip(chr(0))}"
-        return sorted(found), text.replace(chr(0), " ")
+        return sorted(found), re.sub("\0+", " # ", text)
 
-    def _filled(self, claim: str, kinds: Kinds, values: Sequence[_Value], without: str | None) -> dict[str, str] | None:
-        """The values in the slots of a claim, if they fit; the action of a verdict may be missing."""
-        wanted = list(kinds)
-        cls = self._classes[claim]
-        if len(values) < len(wanted) and issubclass(cls, ActionClaim) and cls.kind in (HP, HN) and cls.action_slot:
-            wanted = [(slot, kind) for slot, kind in wanted if slot != cls.action_slot]
-        if sorted(kind for _, kind in wanted) != sorted(value.kind for value in values):
+    def _filled(self, phrase: _Phrase, values: Sequence[_Value], without: _Phrase | None) -> dict[str, str] | None:
+        """The values in the slots of a phrase, if they fit; the action of a verdict may be missing.
+
+        Where it is open which value stands in which slot, all are empty.
+        """
+        wanted, cls = dict(phrase.kinds), self._classes[phrase.claim]
+        if len(values) < len(wanted) and issubclass(cls, ActionClaim) and cls.kind in (HP, HN):
+            wanted.pop(cls.action_slot, None)
+        if sorted(wanted.values()) != sorted(value.kind for value in values):
             return None
         slots: dict[str, str] = {}
-        for kind in {kind for _, kind in wanted}:
-            names = [slot for slot, its in wanted if its == kind]
+        for kind in {*wanted.values()}:
+            names = [slot for slot, its in wanted.items() if its == kind]
             found = [value for value in values if value.kind == kind]
-            order = self._ordered(claim, names, found, without)
+            order = self._ordered(phrase.claim, names, found, without)
+            if order is None:
+                return dict.fromkeys(wanted, "")
             slots |= {name: found[i].text for name, i in zip(names, order, strict=True)}
         return slots
 
-    def _ordered(self, claim: str, names: Sequence[str], found: Sequence[_Value], without: str | None) -> Sequence[int]:
-        """Which of several values of a kind most likely stands in which slot, by the words around it and their order."""
-        if len(names) == 1 or len(names) > 5:
-            return range(len(names))
-        phrases = [each for each in self._phrases if each.claim == claim and each.source != without]
-
-        def fit(order: Sequence[int]) -> float:
-            fits = 0.0
-            for phrase in phrases:
-                cues = dict(zip((slot for slot, _ in phrase.kinds), phrase.cues, strict=True))
-                if set(names) <= set(cues):
-                    alike = [len(cues[name] & found[i].cues) for name, i in zip(names, order, strict=True)]
-                    as_it = [name for name in cues if name in names] == [names[i] for i in np.argsort(order)]
-                    fits += sum(alike) + as_it
-            return fits
-
-        return max(itertools.permutations(range(len(names))), key=fit)
+    def _ordered(
+        self, claim: str, names: Sequence[str], found: Sequence[_Value], without: _Phrase | None
+    ) -> Sequence[int] | None:
+        """Which of several values stands in which slot, as the words around them and their order say; None if open."""
+        orders = [*itertools.permutations(range(len(names)))] if len(names) <= 5 else [tuple(range(len(names)))]
+        if len(orders) == 1:
+            return orders[0]
+        fits = dict.fromkeys(orders, 0)
+        for phrase in self._phrases:
+            cues = dict(zip(phrase.kinds, phrase.cues, strict=True))
+            if phrase.claim == claim and phrase is not without and set(names) <= set(cues):
+                mine = [name for name in cues if name in names]
+                for order in orders:
+                    fits[order] += sum(len(cues[name] & found[i].cues) for name, i in zip(names, order, strict=True))
+                    fits[order] += mine == [names[i] for i in np.argsort(order)]
+        (best, most), (_, next_most) = Counter(fits).most_common(2)
+        return best if most > next_most else None
 
     def _phrase(self, name: str, source: str) -> _Phrase:
-        """A phrase; a slot whose values have no known form is of the kind `ANY`, and the sentence is not read."""
-        parts = [(literal, slot, spec) for literal, slot, spec, _ in string.Formatter().parse(source)]
-        kinds: list[tuple[str, str]] = []
+        """A phrase; where a slot's values have no known form, its kind is `ANY`."""
+        parts = [*string.Formatter().parse(source), ("", None, None, None)]
+        kinds: dict[str, str] = {}
         cues: list[frozenset[str]] = []
         text = ""
-        for i, (literal, slot, spec) in enumerate(parts):
+        for (literal, slot, spec, _), (behind, *_) in itertools.pairwise(parts):
             text += literal
-            if slot is None:
-                continue
-            quoted = text[-1:] in ('"', "`")
-            kind = self._kinds[name].get(slot) or (NUMBER if spec else QUOTED if quoted else None)
-            kind = kind or ANY
-            kinds.append((slot, kind))
-            cues.append(_cues(self._reworded(text), self._reworded(parts[i + 1][0] if i + 1 < len(parts) else "")))
-            text += " # "
+            if slot is not None:
+                free = NUMBER if spec else QUOTED if text[-1:] in ('"', "`") else ANY
+                if slot not in kinds:
+                    cues.append(_cues(self._reworded(text), self._reworded(behind)))
+                kinds[slot] = ANY if slot in kinds else self._slots[name].get(slot) or free
+                text += " # "
         words = self._plain(text.replace('"', " ").replace("`", " "))
-        return _Phrase(name, source, tuple(kinds), tuple(cues), words)
+        return _Phrase(name, source, kinds, tuple(cues), words)
 
 
 def _kinds_of(cls: type[Claim], table: Synonyms) -> dict[str, str]:
     """The kinds of a class's slots, as far as its fields and the table say."""
-    kinds = {field.name: NUMBER for field in fields(cls) if _is_number(field.type)}  # type: ignore[arg-type]  # a dataclass
+    kinds: dict[str, str] = {field.name: NUMBER for field in fields(cls) if _is_number(field.type)}  # type: ignore[arg-type]  # a dataclass
     for name, names in names_of(cls).items():
         kinds[name] = _any_of(names)
     for key, kind in sorted(table.slots.items(), key=lambda item: "." in item[0]):
@@ -413,44 +392,40 @@ def _is_number(kind: Any) -> bool:
 
 
 def _parts_of(text: str, pairs: float) -> dict[str, float]:
-    """The stems of a text's words, their triples of letters, and its pairs of words, each with its weight."""
-    words = [_stem(word) for word in re.findall(r"[a-z0-9']+|#\w*|[?]", text.lower())]
+    """The parts by which a text is compared, each with its weight; words behind a negation are parts of their own."""
+    words = [re.sub(r"(?<=...)(?:ing|ed|ly|es|s|er|est|e)$", "", word) for word in _words(text)]
     parts = dict.fromkeys(words, 1.0)
     parts |= {f"{word[i : i + 3]}_": 0.3 for word in words if len(word) >= 4 for i in range(len(word) - 2)}
     for i, word in enumerate(words):
         if word in _NOT:
             parts |= {f"not {each}": 0.7 for each in words[i + 1 : i + 5]}
-    if pairs:
-        parts |= {f"{one} {other}": pairs for one, other in itertools.pairwise(["", *words, ""])}
-    return parts
+    return parts | {f"{one} {other}": pairs for one, other in itertools.pairwise(["", *words, ""])}
 
 
 _NOT = frozenset({"not", "no", "never", "nothing", "without", "none"})
 
 
-def _stem(word: str) -> str:
-    """A word without its ending."""
-    return re.sub(r"(?<=...)(?:ing|ed|ly|es|s|er|est|e)$", "", word)
+def _words(text: str) -> list[str]:
+    return re.findall(r"[a-z0-9']+|[#?]", text.lower())
+
+
+def _whole(pattern: str) -> str:
+    """A pattern of whole words; an empty one fits nowhere."""
+    return rf"(?<![\w-])(?:{pattern or '(?!)'})(?![\w-])"
 
 
 def _cues(before: str, after: str) -> frozenset[str]:
     """The last two words before a slot, the last one twice, and the first behind it."""
     left, right = re.findall(r"[\w']+", before.lower())[-2:], re.findall(r"[\w']+", after.lower())[:1]
-    return frozenset([*(f"{word} _" for word in left), *(f"{word} #" for word in left[-1:]), *(f"_ {word}" for word in right)])
-
-
-def _untyped(t):
-    return re.sub(r"#\w+", "#", t)
-
-
-def _opening(text: str) -> str:
-    """The first three words."""
-    return " ".join(re.findall(r"[a-z0-9']+", text.lower())[:2])
+    return frozenset(
+        [*(f"{word} _" for word in left), *(f"{word} #" for word in left[-1:]), *(f"_ {word}" for word in right)]
+    )
 
 
 def _blank(source: str) -> str:
-    """A phrase without its slots."""
-    return "".join(literal + " # " * (slot is not None) for literal, slot, *_ in string.Formatter().parse(source))
+    """A phrase with a sign in place of each slot."""
+    parts = string.Formatter().parse(source)
+    return "".join(literal + " # " * (slot is not None) for literal, slot, *_ in parts)
 
 
 def _slipped(word: str, known: str) -> bool:
@@ -467,7 +442,6 @@ def _looked_for(kind: str) -> tuple[int, int]:
     return {QUOTED: 1, LIST: 0, NUMBER: 3}.get(kind, 2), -len(kind)
 
 
-_BLANK = str.maketrans('\0"`', "   ")
 _KEPT = re.compile(r"(\"[^\"]*\"|`[^`]*`|\[[^\[\]]*\]|\{[^{}]*\})")  # what is not put into other words
 _WORD = re.compile(r"(?<![\w-])[A-Za-z]{4,}(?![\w-])(?! \d)")
 _ORDINAL = re.compile(rf"\b({'|'.join(_ORDINALS)}) (\w+)\b", re.IGNORECASE)
