@@ -25,6 +25,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse
+from numpy.typing import NDArray
 from rapidfuzz.distance import OSA
 
 from teachers.atoms import HN, HP, ActionClaim, Claim
@@ -136,19 +137,21 @@ class _Classifier:
         self._index = {part: i for i, part in enumerate(having)}
         self._rare = np.log1p(len(parts) / np.array([*having.values()], float))
         self._rarest = math.log1p(len(parts))
-        self._texts = scipy.sparse.vstack([self._vector(each) for each in parts]).tocsr()
+        self._texts = scipy.sparse.csr_array(np.stack([self._vector(each) for each in parts]))
         kernel = (self._texts @ self._texts.T).toarray()
         self._inverse = np.linalg.inv(kernel + ridge * np.eye(len(parts)))
         self._weights = self._inverse @ np.array([[label == each for each in self._labels] for _, label in self._at])
 
-    def _vector(self, parts: Mapping[str, float]) -> Any:
-        """The text of these parts as a row."""
+    def _vector(self, parts: Mapping[str, float]) -> NDArray[np.float64]:
+        """The text of these parts as a vector of length 1, or less if some are not known."""
         known = [part for part in parts if part in self._index]
         at = [self._index[part] for part in known]
         values = self._rare[at] * [parts[part] for part in known]
         strange = sum((self._rarest * weight) ** 2 for part, weight in parts.items() if part not in self._index)
         length = math.sqrt(values @ values + strange) or 1.0
-        return scipy.sparse.csr_array((values / length, ([0] * len(at), at)), shape=(1, len(self._index)))
+        vector = np.zeros(len(self._index))
+        vector[at] = values / length
+        return vector
 
     def scores(self, text: str, without: tuple[str, str] | None = None) -> dict[str, float]:
         """The score of each label, as if a labelled text were not known."""
@@ -156,7 +159,7 @@ class _Classifier:
         if without in self._at:
             i = self._at[without]
             weights = weights - np.outer(self._inverse[:, i], weights[i]) / self._inverse[i, i]
-        alike = (self._texts @ self._vector(_parts_of(text, self._pairs)).T).toarray()[:, 0]
+        alike = self._texts @ self._vector(_parts_of(text, self._pairs))
         return dict(zip(self._labels, (alike @ weights).tolist(), strict=True))
 
 
