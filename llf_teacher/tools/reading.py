@@ -14,6 +14,7 @@ from pz_envs.family import Family
 from pz_envs.reading import known_phrases, make_reader
 from pz_envs.subject import Subject
 from teachers.atoms import Claim
+from teachers.common import Better
 from teachers.near import Near, load_synonyms
 from teachers.reading import own_phrases
 from teachers.schema import Vocabulary
@@ -113,7 +114,7 @@ def read_left_out(family: Family, turns: int = 200) -> Iterator[Result]:
 
 def _fit(source: str, claim: Claim, slots: Mapping[str, str]) -> bool:
     """Whether the values in slots are those that the claim has there."""
-    specs = {slot: spec for _, slot, spec, _ in string.Formatter().parse(source) if slot in slots}
+    specs = {slot: spec for _, slot, spec, _ in string.Formatter().parse(source) if slot and slot in slots}
     return all(
         _value(slots[slot]) == _value(Template(f"{{{slot}:{spec}}}").format(claim)) for slot, spec in specs.items()
     )
@@ -131,12 +132,13 @@ def _samples(family: Family, vocabulary: Vocabulary, turns: int) -> dict[str, Cl
                 name = _name(family, type(each), vocabulary)
                 if name and each.kind is not None:
                     found.setdefault(name, each)
-    if (better := vocabulary.classes.get("Better")) and "Better" not in found:
+    if "Better" in vocabulary.classes and "Better" not in found:
         world = family.make_world(**options)
         world.reset(seed=0)
         rng = np.random.default_rng(0)
         actions = [world.legal(world.sample_action(rng)) for _ in range(9)]
-        found["Better"] = better(this=actions[0], that=next(each for each in actions if each != actions[0]))
+        other = next(each for each in actions if each != actions[0])
+        found["Better"] = Better(this=actions[0], that=other)
     for name in vocabulary.classes:
         fields = {field: form for field, form in vocabulary.schema_of(name)["properties"].items() if field != "type"}
         if not any(fields.values()) and name not in found:  # no field, or an action of any form, which is not said
@@ -153,7 +155,7 @@ def _value(text: str) -> str | float:
     try:
         return float(text)
     except ValueError:
-        return text.strip(" \"`").casefold()
+        return text.strip(' "`').casefold()
 
 
 class Counted(NamedTuple):
