@@ -1,50 +1,48 @@
-"""Reading sentences that are nearly a teacher's: other numbers, order, spelling, and a small table of synonyms.
+"""Reading sentences that are nearly a teacher's, by what the phrases themselves teach.
 
-A sentence is compared with the phrases of each claim. What can stand in a phrase's slots is looked for first, by the
-slot's kind: a number, a quotation, a list, a name of an enumeration, or a pattern of the family's table. What remains
-are words. Two measures decide: how much of the sentence and of the nearest phrase agree, each word by how few claims
-have it; and how much likelier the words are under this claim than under the next one. Where these are not clear, the
-sentence is not read. The truth of the world is never looked at.
+What can stand in a phrase's slots is looked for first, by the slot's kind: a number, a quotation, a list, a name of an
+enumeration, or a pattern of the family's table. Claims whose slots the sentence fills are candidates. The other words
+decide by two classifiers: which of the claims they state, learnt from the family's phrases, and which kind of
+feedback they are, learnt from the phrases of all families. Where one of the two is not clear, the sentence is not read.
+The truth of the world is never looked at.
 
 The tables are `synonyms/common.toml` and `synonyms/<family>.toml`. `words` has per word of the phrases what people say
-in its place; `slots` the patterns of slots that hold neither number nor enumeration, or `<list>` or `<number>`, for all
-claims or, as `Claim.slot`, for one (empty: any text, which only the phrases themselves can have);
-`fillers` words that say nothing; and `senses` groups of words that turn the sense of a sentence.
+in its place; `slots` the patterns of slots that hold neither number nor enumeration, or `<list>`, `<number>` or
+`<action>`, for all claims or, as `Claim.slot`, for one (empty: any text, which only the phrases themselves can have).
 """
 
+import itertools
 import math
 import re
 import string
 import tomllib
-from collections import Counter, defaultdict
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
 from functools import cache, cached_property, partial
 from importlib import resources
-from itertools import permutations
 from typing import Any, NamedTuple
 
+import numpy as np
+import scipy.sparse
+from numpy.typing import NDArray
 from rapidfuzz.distance import OSA
 
-from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Grounded, Scope
+from teachers.atoms import HN, HP, ActionClaim, Claim
 from teachers.schema import names_of
 
 __all__ = ["Near", "Nearest", "Synonyms", "load_synonyms"]
 
-NUMBER, QUOTED, LIST = "number", "quoted", "list"
+NUMBER, QUOTED, LIST, ANY = "number", "quoted", "list", "any"
 _PATTERNS = {
     QUOTED: r'"([^"]*)"|`([^`]*)`',
-    LIST: r"\[[^\[\]]*\]",
+    LIST: r"\[[^\[\]]*\]|\([^()]*,[^()]*\)",
     NUMBER: r"(?<![\w.-])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w-])",
 }
-AGREES, AGREES_ALONE, LIKELIER = 0.33, 0.45, 2.0
-"""How much a sentence must agree with a phrase, with slots and without, and how much likelier a claim must be than the
-next, as a log."""
-OWN = 0.5
-"""The share of claims below which a word is one of a claim's own, of which a sentence must have one."""
-FOREIGN, STRANGE = 0.2, 1
-"""The share of claims below which their words are foreign to others, and how many strange words a sentence may have."""
-_PAST = frozenset("was were did had have has been got went gone pulled took brought chose came".split())  # noqa: SIM905
+CONFIDENT = 0.13
+"""How far the best claim's score must be above the next one's."""
+KIND, KIND_SHARE = 0.6, 0.4
+"""How much the score of the kind counts for the order of claims, and its lead beside the lead of the claim."""
 _NUMBERS = """two three four five six seven eight nine ten eleven twelve thirteen fourteen fifteen sixteen seventeen
 eighteen nineteen twenty"""
 _DIGITS = {word: number for number, word in enumerate(_NUMBERS.split(), 2)} | {"zero": 0, "thirty": 30, "forty": 40}
@@ -62,10 +60,6 @@ class Synonyms(NamedTuple):
 
     words: Mapping[str, Sequence[str]]
     slots: Mapping[str, str]
-    fillers: frozenset[str]
-    """Words that say nothing."""
-    senses: tuple[frozenset[str], ...]
-    """Groups of words that turn the sense of a sentence: with one it says something else than without."""
 
 
 @cache
@@ -73,17 +67,13 @@ def load_synonyms(family: str) -> Synonyms:
     """The table of a family, with that of all families."""
     words: dict[str, Sequence[str]] = {}
     slots: dict[str, str] = {}
-    fillers: set[str] = set()
-    senses: list[frozenset[str]] = []
     for name in ("common", family):
         file = resources.files("teachers.synonyms").joinpath(f"{name}.toml")
         if file.is_file():
             table = tomllib.loads(file.read_text(encoding="utf-8"))
             words |= table.get("words", {})
             slots |= table.get("slots", {})
-            fillers |= {*table.get("fillers", ())}
-            senses += [frozenset(group.split()) for group in table.get("senses", ())]
-    return Synonyms(words, slots, frozenset(fillers), tuple(senses))
+    return Synonyms(words, slots)
 
 
 class Nearest(NamedTuple):
@@ -95,6 +85,21 @@ class Nearest(NamedTuple):
     """The text in each slot."""
     candidates: tuple[str, ...]
     """The names of the claims that came nearest, the nearest first."""
+    lead: float
+    """How far the nearest claim is ahead, as `CONFIDENT` asks; minus infinity if there is none."""
+
+
+_UNREAD = Nearest(None, {}, (), -math.inf)
+
+
+class _Value(NamedTuple):
+    """What can stand in a slot."""
+
+    at: int
+    kind: str
+    text: str
+    cues: frozenset[str]
+    """The words around it, each with the side."""
 
 
 class _Phrase(NamedTuple):
@@ -102,26 +107,60 @@ class _Phrase(NamedTuple):
 
     claim: str
     source: str
-    kinds: tuple[tuple[str, str], ...]
+    kinds: dict[str, str]
     """The slots in their order, each with its kind."""
-    cues: tuple[str, ...]
-    """The word before each slot."""
-    words: frozenset[str]
+    cues: tuple[frozenset[str], ...]
+    """The words around each slot."""
+    words: str
+    """What is not in slots."""
 
 
-class _Candidate(NamedTuple):
-    """A claim that a sentence may state."""
+class _Classifier:
+    """Kernel ridge regression from words to labels: one-hot targets; the greatest score is the likeliest label.
 
-    claim: str
-    agrees: float
-    """How much the sentence and the nearest phrase agree, 0 to 1."""
-    likely: float
-    """The log of how likely the sentence's words are in phrases of the claim."""
-    foreign: bool
-    """Whether a word of the sentence belongs to a few other claims, or none to this one more than to most."""
-    strange: int
-    """Number of words that no phrase has."""
-    slots: dict[str, str]
+    A text is the set of its words, of their triples of letters, and of pairs of words, each weighted by how few texts
+    have it, at length 1. A text is left out without a new fit (Rasmussen and Williams, Gaussian Processes for Machine
+    Learning, 2006, section 5.4.2).
+
+    Args:
+        labelled: texts with their labels; a pair counts once.
+        ridge: the greater, the smoother.
+        pairs: the weight of pairs of words, where words have 1.
+    """
+
+    def __init__(self, labelled: Iterable[tuple[str, str]], ridge: float, pairs: float) -> None:
+        self._pairs = pairs
+        self._at = {each: i for i, each in enumerate(dict.fromkeys(labelled))}
+        self._labels = sorted({label for _, label in self._at})
+        parts = [_parts_of(text, pairs) for text, _ in self._at]
+        having = Counter(itertools.chain(*parts))
+        self._index = {part: i for i, part in enumerate(having)}
+        self._rare = np.log1p(len(parts) / np.array([*having.values()], float))
+        self._rarest = math.log1p(len(parts))
+        self._texts = scipy.sparse.csr_array(np.stack([self._vector(each) for each in parts]))
+        kernel = (self._texts @ self._texts.T).toarray()
+        self._inverse = np.linalg.inv(kernel + ridge * np.eye(len(parts)))
+        self._weights = self._inverse @ np.array([[label == each for each in self._labels] for _, label in self._at])
+
+    def _vector(self, parts: Mapping[str, float]) -> NDArray[np.float64]:
+        """The text of these parts as a vector of length 1, or less if some are not known."""
+        known = [part for part in parts if part in self._index]
+        at = [self._index[part] for part in known]
+        values = self._rare[at] * [parts[part] for part in known]
+        strange = sum((self._rarest * weight) ** 2 for part, weight in parts.items() if part not in self._index)
+        length = math.sqrt(values @ values + strange) or 1.0
+        vector = np.zeros(len(self._index))
+        vector[at] = values / length
+        return vector
+
+    def scores(self, text: str, without: tuple[str, str] | None = None) -> dict[str, float]:
+        """The score of each label, as if a labelled text were not known."""
+        weights = self._weights
+        if without in self._at:
+            i = self._at[without]
+            weights = weights - np.outer(self._inverse[:, i], weights[i]) / self._inverse[i, i]
+        alike = self._texts @ self._vector(_parts_of(text, self._pairs))
+        return dict(zip(self._labels, (alike @ weights).tolist(), strict=True))
 
 
 class Near:
@@ -131,81 +170,80 @@ class Near:
         classes: the claims by name.
         phrases: per claim its phrases.
         table: of the family.
+        others: phrases of other families, each with the kind of its claim.
     """
 
     def __init__(
-        self, classes: Mapping[str, type[Claim]], phrases: Mapping[str, Iterable[str]], table: Synonyms
+        self,
+        classes: Mapping[str, type[Claim]],
+        phrases: Mapping[str, Iterable[str]],
+        table: Synonyms,
+        others: Iterable[tuple[str, str]] = (),
     ) -> None:
-        self._classes, self._table = classes, table
-        phrases = {name: () if _is_vague(classes[name]) else each for name, each in phrases.items()}
-        self._synonyms = [
-            (
-                re.compile(
-                    rf"\b(?:{'|'.join(map(re.escape, sorted(others, key=len, reverse=True)))})\b", re.IGNORECASE
-                ),
-                word,
-            )
-            for word, others in table.words.items()
-        ]
-        self._kinds = {name: _kinds_of(cls, table) for name, cls in classes.items()}
-        self._named = {
-            self._kinds[name][cls.action_slot]
-            for name, cls in classes.items()
-            if issubclass(cls, ActionClaim) and cls.action_slot in self._kinds[name]
-        } - set(_PATTERNS)
-        names = {_any_of(each) for cls in classes.values() for each in names_of(cls).values()}
-        whole = [rf"(?<![\w-])(?:{each})(?![\w-])" for each in sorted(names)]
-        self._entities = [re.compile(each, re.IGNORECASE) for each in (*_PATTERNS.values(), *whole)]
-        made = (self._phrase(name, each) for name, sources in phrases.items() for each in sources if each[-1:] != "?")
-        self._phrases = [phrase for phrase in made if phrase is not None]
-        self._claims: dict[str, set[str]] = defaultdict(set)
-        for phrase in self._phrases:
-            for word in phrase.words:
-                self._claims[word].add(phrase.claim)
-        count = len({phrase.claim for phrase in self._phrases})
-        self._weights = {word: math.log(1 + count / len(having)) for word, having in self._claims.items()}
-        self._strange = math.log(1 + count)
-        self._turns: dict[str, Counter[tuple[bool, ...]]] = defaultdict(Counter)
-        for phrase in self._phrases:
-            self._turns[phrase.claim][self._turns_of(phrase.words)] += 1
-        self._totals: Counter[str] = Counter(phrase.claim for phrase in self._phrases)
-        self._having: Counter[tuple[str, str]] = Counter(
-            (phrase.claim, word) for phrase in self._phrases for word in phrase.words
-        )
+        self._classes = classes
+        self._synonyms = [(re.compile(rf"\b(?:{_any_of(each)})\b", re.I), word) for word, each in table.words.items()]
+        self._slots = {name: _kinds_of(cls, table) for name, cls in classes.items()}
+        actions = {name: cls.action_slot for name, cls in classes.items() if issubclass(cls, ActionClaim)}
+        known = [self._slots[name][slot] for name, slot in actions.items() if slot in self._slots[name]]
+        usual = Counter(known).most_common(1)[0][0] if known else QUOTED
+        for kinds in self._slots.values():
+            kinds |= {slot: usual for slot, kind in kinds.items() if kind == "<action>"}
+        self._named = {*known} - set(_PATTERNS)
+        self._phrases = [self._phrase(name, each) for name, sources in phrases.items() for each in sources]
+        plain = {word for phrase in self._phrases for word in _words(phrase.words)}
+        every = {each for cls in classes.values() for names in names_of(cls).values() for each in names}
+        self._entities = [re.compile(each) for each in (*_PATTERNS.values(), _whole(_any_of(every - plain)))]
+        self._claim = _Classifier(((each.words, each.claim) for each in self._phrases), 1.0, 0.25)
+        own = [(each.words, self._kind_of(each.claim)) for each in self._phrases]
+        self._kind = _Classifier([*own, *((self._plain(_blank(text)), kind) for text, kind in others)], 0.5, 0.5)
+        self._questions = [each for each in self._phrases if each.source.endswith("?")]
+
+    def _kind_of(self, claim: str) -> str:
+        return f"{self._classes[claim].kind}"
 
     @cached_property
     def _known(self) -> list[str]:
         """The words that a misspelt one may stand for."""
-        names = (
-            word for kinds in self._kinds.values() for kind in kinds.values() for word in re.findall(r"[a-z]{4,}", kind)
-        )
-        return sorted({word for word in (*self._weights, *names) if len(word) >= 4})
+        texts = [phrase.words for phrase in self._phrases]
+        texts += [kind for kinds in self._slots.values() for kind in kinds.values()]
+        return sorted({word for text in texts for word in re.findall(r"[a-z]{4,}", text.lower())})
 
     def read(self, sentence: str, without: str | None = None) -> Nearest:
         """Read a sentence.
 
         Args:
-            sentence: of at most 1,000 characters; longer ones are not read, nor questions: these may mean the opposite.
+            sentence: of at most 1,000 characters; longer ones are not read, nor questions that begin as no phrase does.
             without: a phrase that is left out, for measuring.
         """
-        if len(sentence) > 1000 or sentence.rstrip(" \"')`").endswith("?"):
-            return Nearest(None, {}, ())
+        if len(sentence) > 1000:
+            return _UNREAD
         text = self._spelt(self._plain(sentence))
-        ranked = self._ranked(text, without)
-        names = tuple(each.claim for each in ranked[:3])
-        if not ranked:
-            return Nearest(None, {}, ())
+        if sentence.rstrip(" \"')`").endswith("?"):
+            alike = [each for each in self._questions if _words(each.words)[:2] == _words(text)[:2]]
+            if all(each.source == without for each in alike):
+                return _UNREAD
+        left = next((each for each in self._phrases if each.source == without), None)
+        found = self._candidates(text, left)
+        if not found:
+            return _UNREAD
+        claims: dict[str, float] = {}
+        kinds: dict[str, dict[str, float]] = {}
+        for words in {words for words, _ in found.values()}:
+            scores = self._claim.scores(words, left and (left.words, left.claim))
+            of_kinds = self._kind.scores(words, left and (left.words, self._kind_of(left.claim)))
+            for name in (name for name, (its, _) in found.items() if its == words):
+                claims[name], kinds[name] = scores[name], of_kinds
+        ranked = sorted(claims, key=lambda name: -(claims[name] + KIND * kinds[name][self._kind_of(name)]))
         best = ranked[0]
-        rivals = [each for each in ranked[1:] if each.agrees >= best.agrees / 2]
-        clear = all(best.likely - each.likely >= LIKELIER for each in rivals)
-        least = AGREES if best.slots else AGREES_ALONE
-        if best.agrees < least or best.foreign or best.strange > STRANGE or not clear:
-            return Nearest(None, {}, names)
-        return Nearest(best.claim, best.slots, names[:1])
+        kind = kinds[best].pop(self._kind_of(best)) if len(kinds[best]) > 1 else 1.0
+        lead = claims[best] - max((claims[name] for name in ranked[1:]), default=0.0)
+        lead = min(lead, claims[best], KIND_SHARE * (kind - max(kinds[best].values())))
+        clear = lead >= CONFIDENT and all(found[best][1].values())
+        return Nearest(best if clear else None, found[best][1] if clear else {}, tuple(ranked[:3]), lead)
 
     def fits(self, claim: str, slots: Mapping[str, str]) -> bool:
         """Whether what stands in a claim's slots is of their kinds, as far as these are known."""
-        kinds = self._kinds.get(claim, {})
+        kinds = self._slots.get(claim, {})
         patterns = {slot: _PATTERNS.get(kind, kind) for slot, kind in kinds.items()}
         return all(
             re.fullmatch(patterns[slot], value.strip('"`'), re.IGNORECASE)
@@ -213,67 +251,23 @@ class Near:
             if slot in patterns
         )
 
-    def _ranked(self, text: str, without: str | None) -> list["_Candidate"]:
-        """The claims whose slots the sentence can fill, the likeliest first."""
-        seen: dict[frozenset[str], tuple[list[tuple[str, str, str]], frozenset[str]] | None] = {}
-        nearest: dict[str, tuple[float, dict[str, str], frozenset[str]]] = {}
-        missing: _Phrase | None = None
+    def _candidates(self, text: str, without: _Phrase | None) -> dict[str, tuple[str, dict[str, str]]]:
+        """The claims whose slots the sentence can fill, with its other words and the slots."""
+        seen: dict[frozenset[str], tuple[list[_Value], str] | None] = {}
+        found: dict[str, tuple[str, dict[str, str]]] = {}
         for phrase in self._phrases:
-            if phrase.source == without:
-                missing = phrase
+            kinds = frozenset(phrase.kinds.values())
+            if phrase is without or phrase.claim in found or ANY in kinds:
                 continue
-            kinds = frozenset(kind for _, kind in phrase.kinds)
             if kinds not in seen:
                 seen[kinds] = self._parts(text, kinds)
             if (parts := seen[kinds]) is None:
                 continue
-            values, words = parts
-            slots = self._filled(phrase, values)
+            slots = self._filled(phrase, parts[0], without)
             if slots is not None:
-                agrees = self._agrees(words, phrase.words)
-                if agrees > nearest.get(phrase.claim, (-1.0,))[0]:
-                    nearest[phrase.claim] = agrees, slots, words
-        found = []
-        for name, (agrees, slots, words) in nearest.items():
-            if not self._same_sense(words, name, missing):
-                continue
-            gone = missing.words if missing is not None and missing.claim == name else frozenset()
-            total = self._totals[name] - bool(gone)
-            has = {word: self._having[name, word] - (word in gone) for word in words}
-            likely = sum(math.log((number + 0.2) / (total + 1.0)) for number in has.values())
-            new = [word for word in words if not has[word] and word not in self._table.fillers]
-            few = FOREIGN * len(self._totals)
-            foreign = any(word in self._claims and len(self._claims[word]) < few for word in new)
-            foreign |= bool(new) and not slots  # nothing but the words says what is meant
-            strange = sum(word not in self._claims for word in new)
-            foreign |= not any(has[word] and len(self._claims[word]) < OWN * len(self._totals) for word in words)
-            found.append(_Candidate(name, agrees, likely, foreign, strange, slots))
-        return sorted(found, key=lambda each: -each.likely)
-
-    def _turns_of(self, words: frozenset[str]) -> tuple[bool, ...]:
-        """Which of the groups of words that turn the sense there are; the last one is of the past."""
-        return tuple(bool(words & group) for group in (*self._table.senses, _PAST))
-
-    def _same_sense(self, words: frozenset[str], claim: str, without: _Phrase | None) -> bool:
-        """Whether the words turn the sense as a phrase of the claim does, and are of the past only if one is."""
-        mine = self._turns_of(words)
-        turns = self._turns[claim]
-        if without is not None and without.claim == claim:
-            turns = turns - Counter([self._turns_of(without.words)])
-        total = turns.total()
-        for i, has in enumerate(mine):
-            number = sum(count for each, count in turns.items() if each[i])
-            if (has and not number) or (not has and number == total):
-                return False
-        return any(each[:-1] == mine[:-1] for each in turns)
-
-    def _agrees(self, mine: frozenset[str], its: frozenset[str]) -> float:
-        """How much the words agree: twice the weight of the shared ones over the weight of all."""
-        both = sum(self._weight(word) for word in mine & its)
-        return 2 * both / (sum(map(self._weight, mine)) + sum(map(self._weight, its)) or 1.0)
-
-    def _weight(self, word: str) -> float:
-        return self._weights.get(word, self._strange)
+                found[phrase.claim] = parts[1], slots
+        least = min((len(words) for words, slots in found.values() if slots), default=0)  # the rest is in slots
+        return {name: each for name, each in found.items() if not each[1] or len(each[0]) == least}
 
     def _plain(self, text: str) -> str:
         """A text with synonyms as the phrases have them, numbers in digits and no contractions; quotations stay."""
@@ -294,7 +288,7 @@ class Near:
 
         def right(found: re.Match[str]) -> str:
             word = found[0].lower()
-            if word in self._weights or not found[0][1:].islower():
+            if word in self._known or not found[0][1:].islower():
                 return found[0]
             near = [known for known in self._known if known[0] == word[0] and _slipped(word, known)]
             return near[0] if len(near) == 1 else found[0]
@@ -302,94 +296,86 @@ class Near:
         parts = _KEPT.split(text)
         return "".join(part if i % 2 else _WORD.sub(right, part) for i, part in enumerate(parts))
 
-    def _parts(self, text: str, kinds: frozenset[str]) -> tuple[list[tuple[str, str, str]], frozenset[str]] | None:
+    def _parts(self, text: str, kinds: frozenset[str]) -> tuple[list[_Value], str] | None:
         """What can stand in slots of these kinds, each with its kind and the word before; and the other words.
 
         None if there is something else that could stand in a slot, or a part of an action that stands in one.
         """
-        for kind in self._named - kinds:
-            if re.search(rf"(?<![\w-])(?:{kind})(?![\w-])", text, re.IGNORECASE):
-                return None
-        found: list[tuple[int, str, str, str]] = []
+        found: list[_Value] = []
 
         def take(kind: str, match: re.Match[str]) -> str:
             value = next((group for group in match.groups() if group is not None), match[0])
-            before = re.findall(r"[\w']+", match.string[: match.start()])
-            found.append((match.start(), kind, value, before[-1].lower() if before else ""))
+            around = _cues(match.string[: match.start()], match.string[match.end() :])
+            found.append(_Value(match.start(), kind, value, around))
             return "\0" * (match.end() - match.start())
 
         for kind in sorted(kinds, key=_looked_for):
-            pattern = _PATTERNS.get(kind, kind)
-            if kind not in (QUOTED, LIST, NUMBER):
-                pattern = rf"(?<![\w-])[\"`]?({pattern})[\"`]?(?![\w-])"
+            pattern = _PATTERNS.get(kind) or rf"(?<![\w-])[\"`]?({kind})[\"`]?(?![\w-])"
             text = re.sub(pattern, partial(take, kind), text, flags=re.IGNORECASE)
-        if any(pattern.search(text) for pattern in self._entities):
+        others = [re.compile(_whole(kind), re.I) for kind in self._named - kinds]
+        if any(pattern.search(text) for pattern in (*self._entities, *others)):
             return None
-        return [part[1:] for part in sorted(found)], _words(text.replace("\0", " "))
+        return sorted(found), re.sub("\0+", " # ", text)
 
-    def _filled(self, phrase: _Phrase, values: Sequence[tuple[str, str, str]]) -> dict[str, str] | None:
-        """The values in a phrase's slots, if they fit; the action of a verdict may be missing."""
-        wanted = list(phrase.kinds)
-        if len(values) < len(wanted):
-            cls = self._classes[phrase.claim]
-            if not (issubclass(cls, ActionClaim) and cls.kind in (HP, HN) and cls.action_slot):
-                return None
-            wanted = [(slot, kind) for slot, kind in wanted if slot != cls.action_slot]
-        if sorted(kind for _, kind in wanted) != sorted(kind for kind, _, _ in values):
+    def _filled(self, phrase: _Phrase, values: Sequence[_Value], without: _Phrase | None) -> dict[str, str] | None:
+        """The values in the slots of a phrase, if they fit; the action of a verdict may be missing.
+
+        Where it is open which value stands in which slot, all are empty.
+        """
+        wanted, cls = dict(phrase.kinds), self._classes[phrase.claim]
+        if len(values) < len(wanted) and issubclass(cls, ActionClaim) and cls.kind in (HP, HN):
+            wanted.pop(cls.action_slot, None)
+        if sorted(wanted.values()) != sorted(value.kind for value in values):
             return None
         slots: dict[str, str] = {}
-        for kind in {kind for _, kind in wanted}:
-            names = [slot for slot, its in wanted if its == kind]
-            found = [(value, cue) for its, value, cue in values if its == kind]
-            order = self._ordered(phrase, names, [cue for _, cue in found])
+        for kind in {*wanted.values()}:
+            names = [slot for slot, its in wanted.items() if its == kind]
+            found = [value for value in values if value.kind == kind]
+            order = self._ordered(phrase.claim, names, found, without)
             if order is None:
-                return None
-            slots |= {name: found[i][0] for name, i in zip(names, order, strict=True)}
+                return dict.fromkeys(wanted, "")
+            slots |= {name: found[i].text for name, i in zip(names, order, strict=True)}
         return slots
 
-    @staticmethod
-    def _ordered(phrase: _Phrase, names: Sequence[str], cues: Sequence[str]) -> Sequence[int] | None:
-        """Which of several values of a kind stands in which slot, by the words before them; None if that is open."""
-        if len(names) == 1:
-            return (0,)
-        own = dict(zip((slot for slot, _ in phrase.kinds), phrase.cues, strict=True))
-        if len(names) > 5:
-            return None
-        orders = permutations(range(len(names)))
-        scored = [(sum(own[name] == cues[i] for name, i in zip(names, order, strict=True)), order) for order in orders]
-        ranked = sorted(scored, reverse=True)
-        (most, first), (next_most, _) = ranked[:2]
-        return first if most > next_most and most >= len(names) - 1 else None
+    def _ordered(
+        self, claim: str, names: Sequence[str], found: Sequence[_Value], without: _Phrase | None
+    ) -> Sequence[int] | None:
+        """Which of several values stands in which slot, as the words around them and their order say; None if open."""
+        orders = [*itertools.permutations(range(len(names)))] if len(names) <= 5 else [tuple(range(len(names)))]
+        if len(orders) == 1:
+            return orders[0]
+        fits = dict.fromkeys(orders, 0)
+        for phrase in self._phrases:
+            cues = dict(zip(phrase.kinds, phrase.cues, strict=True))
+            if phrase.claim == claim and phrase is not without and set(names) <= set(cues):
+                mine = [name for name in cues if name in names]
+                for order in orders:
+                    fits[order] += sum(len(cues[name] & found[i].cues) for name, i in zip(names, order, strict=True))
+                    fits[order] += mine == [names[i] for i in np.argsort(order)]
+        (best, most), (_, next_most) = Counter(fits).most_common(2)
+        return best if most > next_most else None
 
-    def _phrase(self, name: str, source: str) -> _Phrase | None:
-        """A phrase, if each of its slots has a kind."""
+    def _phrase(self, name: str, source: str) -> _Phrase:
+        """A phrase; where a slot's values have no known form, its kind is `ANY`."""
+        parts = [*string.Formatter().parse(source), ("", None, None, None)]
+        kinds: dict[str, str] = {}
+        cues: list[frozenset[str]] = []
         text = ""
-        kinds: list[tuple[str, str]] = []
-        cues: list[str] = []
-        for literal, slot, spec, _ in string.Formatter().parse(source):
+        for (literal, slot, spec, _), (behind, *_) in itertools.pairwise(parts):
             text += literal
-            if slot is None:
-                continue
-            quoted = text[-1:] in ('"', "`")
-            kind = self._kinds[name].get(slot) or (NUMBER if spec else QUOTED if quoted else None)
-            if kind is None or slot in (known for known, _ in kinds):
-                return None
-            kinds.append((slot, kind))
-            before = re.findall(r"[\w']+", self._reworded(text))
-            cues.append(before[-1].lower() if before else "")
-            text += " \0 "
-        return _Phrase(
-            name,
-            source,
-            tuple(kinds),
-            tuple(cues),
-            _words(self._plain(text.replace("\0", " ").replace('"', " ").replace("`", " "))),
-        )
+            if slot is not None:
+                free = NUMBER if spec else QUOTED if text[-1:] in ('"', "`") else ANY
+                if slot not in kinds:
+                    cues.append(_cues(self._reworded(text), self._reworded(behind)))
+                kinds[slot] = ANY if slot in kinds else self._slots[name].get(slot) or free
+                text += " # "
+        words = self._plain(text.replace('"', " ").replace("`", " "))
+        return _Phrase(name, source, kinds, tuple(cues), words)
 
 
 def _kinds_of(cls: type[Claim], table: Synonyms) -> dict[str, str]:
     """The kinds of a class's slots, as far as its fields and the table say."""
-    kinds = {field.name: NUMBER for field in fields(cls) if _is_number(field.type)}  # type: ignore[arg-type]  # a dataclass
+    kinds: dict[str, str] = {field.name: NUMBER for field in fields(cls) if _is_number(field.type)}  # type: ignore[arg-type]  # a dataclass
     for name, names in names_of(cls).items():
         kinds[name] = _any_of(names)
     for key, kind in sorted(table.slots.items(), key=lambda item: "." in item[0]):
@@ -404,19 +390,45 @@ def _any_of(texts: Iterable[str]) -> str:
     return "|".join(map(re.escape, sorted(texts, key=lambda text: (-len(text), text))))
 
 
-def _is_vague(cls: type[Claim]) -> bool:
-    """Whether people's words for other claims are too near: advice without content, and rules of all worlds."""
-    if cls.scope is Scope.FAMILY:
-        return True
-    return issubclass(cls, Grounded) and cls.kind in (FP, FN) and not fields(cls)  # type: ignore[arg-type]  # a dataclass
-
-
 def _is_number(kind: Any) -> bool:
     return getattr(kind, "__origin__", kind) in (int, float)
 
 
-def _words(text: str) -> frozenset[str]:
-    return frozenset(re.findall(r"[a-z0-9']+", text.lower()))
+def _parts_of(text: str, pairs: float) -> dict[str, float]:
+    """The parts by which a text is compared, each with its weight; words behind a negation are parts of their own."""
+    words = [re.sub(r"(?<=...)(?:ing|ed|ly|es|s|er|est|e)$", "", word) for word in _words(text)]
+    parts = dict.fromkeys(words, 1.0)
+    parts |= {f"{word[i : i + 3]}_": 0.3 for word in words if len(word) >= 4 for i in range(len(word) - 2)}
+    for i, word in enumerate(words):
+        if word in _NOT:
+            parts |= {f"not {each}": 0.7 for each in words[i + 1 : i + 5]}
+    return parts | {f"{one} {other}": pairs for one, other in itertools.pairwise(["", *words, ""])}
+
+
+_NOT = frozenset({"not", "no", "never", "nothing", "without", "none"})
+
+
+def _words(text: str) -> list[str]:
+    return re.findall(r"[a-z0-9']+|[#?]", text.lower())
+
+
+def _whole(pattern: str) -> str:
+    """A pattern of whole words; an empty one fits nowhere."""
+    return rf"(?<![\w-])(?:{pattern or '(?!)'})(?![\w-])"
+
+
+def _cues(before: str, after: str) -> frozenset[str]:
+    """The last two words before a slot, the last one twice, and the first behind it."""
+    left, right = re.findall(r"[\w']+", before.lower())[-2:], re.findall(r"[\w']+", after.lower())[:1]
+    return frozenset(
+        [*(f"{word} _" for word in left), *(f"{word} #" for word in left[-1:]), *(f"_ {word}" for word in right)]
+    )
+
+
+def _blank(source: str) -> str:
+    """A phrase with a sign in place of each slot."""
+    parts = string.Formatter().parse(source)
+    return "".join(literal + " # " * (slot is not None) for literal, slot, *_ in parts)
 
 
 def _slipped(word: str, known: str) -> bool:
@@ -433,7 +445,6 @@ def _looked_for(kind: str) -> tuple[int, int]:
     return {QUOTED: 1, LIST: 0, NUMBER: 3}.get(kind, 2), -len(kind)
 
 
-_BLANK = str.maketrans('\0"`', "   ")
 _KEPT = re.compile(r"(\"[^\"]*\"|`[^`]*`|\[[^\[\]]*\]|\{[^{}]*\})")  # what is not put into other words
 _WORD = re.compile(r"(?<![\w-])[A-Za-z]{4,}(?![\w-])(?! \d)")
 _ORDINAL = re.compile(rf"\b({'|'.join(_ORDINALS)}) (\w+)\b", re.IGNORECASE)

@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from operator import itemgetter
 from typing import Any, NamedTuple
@@ -189,6 +189,7 @@ class LayeredReader:
         classes: the claims that the near layer reads, by name, as `teachers.schema.Vocabulary` has them.
         table: synonyms and patterns of the family, from `teachers.near.load_synonyms`.
         is_action: see `Reader`.
+        others: phrases of other families, from which the near layer learns kinds; see `Near`.
     """
 
     def __init__(
@@ -197,10 +198,11 @@ class LayeredReader:
         classes: Mapping[str, type[Claim[Any]]],
         table: Synonyms,
         is_action: Callable[[str], bool] | None = None,
+        others: Iterable[tuple[str, str]] = (),
     ) -> None:
         self._classes = dict(classes)
         self._names = {cls: name for name, cls in classes.items()}
-        self._near = Near(classes, own_phrases(phrasebook, classes), table)
+        self._near = Near(classes, own_phrases(phrasebook, classes), table, others)
         self._exact = Reader(phrasebook, voice_names(), is_action, self._fits)
 
     def read(self, text: str) -> list[SentenceReading]:

@@ -1,18 +1,22 @@
 """How well the sentences of others are read: the share that is read, and of that the share that is read right."""
 
+import string
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 from rich.table import Table
 from scipy.stats import binomtest
 
 from pz_envs.family import Family
+from pz_envs.reading import known_phrases, make_reader
 from pz_envs.subject import Subject
 from teachers.atoms import Claim
+from teachers.common import Better
 from teachers.near import Near, load_synonyms
-from teachers.reading import LayeredReader, own_phrases
+from teachers.reading import own_phrases
 from teachers.schema import Vocabulary
 from teachers.templates import Template
 from teachers.testing import Pupil
@@ -48,6 +52,8 @@ class Result(NamedTuple):
     right: bool
     """Whether claim and slots are those that it states."""
     text: str
+    lead: float = 0.0
+    """How far the claim was ahead, for phrases that are left out."""
 
 
 def labelled(path: Path) -> Iterator[LabelledSentence]:
@@ -73,7 +79,7 @@ def labelled(path: Path) -> Iterator[LabelledSentence]:
 
 def read_sentences(sentences: Iterable[LabelledSentence], families: Mapping[str, Subject]) -> Iterator[Result]:
     """Read labelled sentences by all layers."""
-    readers = {name: reader_for(family) for name, family in families.items()}
+    readers = {name: make_reader(family) for name, family in families.items()}
     for each in sentences:
         if each.family not in readers:
             continue
@@ -94,14 +100,24 @@ def read_left_out(family: Family, turns: int = 200) -> Iterator[Result]:
     """
     vocabulary = Vocabulary(family.oracle_class().claims())
     phrases = own_phrases(family.phrasebook, vocabulary.classes)
-    near = Near(vocabulary.classes, phrases, load_synonyms(family.name))
+    others = [(phrase, kind) for name, phrase, kind in known_phrases() if name != family.name]
+    near = Near(vocabulary.classes, phrases, load_synonyms(family.name), others)
     samples = _samples(family, vocabulary, turns)
     for name, sources in phrases.items():
         for source in sources if name in samples else ():
             text = Template(source).format(samples[name])
             found = near.read(text, without=source)
-            layer = "near" if found.claim else ""
-            yield Result(LEFT_OUT, family.name, layer, name, found.claim or "", found.claim == name, text)
+            read, layer = (found.claim, "near") if found.claim else ("", "")
+            right = found.candidates[:1] == (name,) and _fit(source, samples[name], found.slots)
+            yield Result(LEFT_OUT, family.name, layer, name, read, right, text, found.lead)
+
+
+def _fit(source: str, claim: Claim, slots: Mapping[str, str]) -> bool:
+    """Whether the values in slots are those that the claim has there."""
+    specs = {slot: spec for _, slot, spec, _ in string.Formatter().parse(source) if slot and slot in slots}
+    return all(
+        _value(slots[slot]) == _value(Template(f"{{{slot}:{spec}}}").format(claim)) for slot, spec in specs.items()
+    )
 
 
 def _samples(family: Family, vocabulary: Vocabulary, turns: int) -> dict[str, Claim]:
@@ -116,17 +132,18 @@ def _samples(family: Family, vocabulary: Vocabulary, turns: int) -> dict[str, Cl
                 name = _name(family, type(each), vocabulary)
                 if name and each.kind is not None:
                     found.setdefault(name, each)
+    if "Better" in vocabulary.classes and "Better" not in found:
+        world = family.make_world(**options)
+        world.reset(seed=0)
+        rng = np.random.default_rng(0)
+        actions = [world.legal(world.sample_action(rng)) for _ in range(9)]
+        other = next(each for each in actions if each != actions[0])
+        found["Better"] = Better(this=actions[0], that=other)
     for name in vocabulary.classes:
         fields = {field: form for field, form in vocabulary.schema_of(name)["properties"].items() if field != "type"}
         if not any(fields.values()) and name not in found:  # no field, or an action of any form, which is not said
             found[name] = vocabulary.claim_of({"type": name, **dict.fromkeys(fields, 0)})
     return found
-
-
-def reader_for(subject: Subject) -> LayeredReader:
-    """The reader of a subject's sentences."""
-    classes = Vocabulary(subject.oracle_class().claims()).classes  # type: ignore[attr-defined]  # families have a class
-    return LayeredReader(subject.phrasebook, classes, load_synonyms(subject.name))
 
 
 def _name(subject: Subject, cls: type[Claim], vocabulary: Vocabulary | None = None) -> str:
@@ -138,7 +155,7 @@ def _value(text: str) -> str | float:
     try:
         return float(text)
     except ValueError:
-        return text.strip().casefold()
+        return text.strip(' "`').casefold()
 
 
 class Counted(NamedTuple):
@@ -181,6 +198,21 @@ def table(results: Iterable[Result]) -> Table:
         share, low = found.precision
         counts = (found.stating, layers["exact"], layers["near"], found.right)
         shown.add_row(what, family, *map(str, counts), f"{share:.3f}", f"{low:.3f}", f"{found.recall:.3f}")
+    return shown
+
+
+def curve(results: Iterable[Result], precisions: Iterable[float] = (0.999, 0.995, 0.99, 0.98, 0.95, 0.9)) -> Table:
+    """Per precision how much of the phrases that are left out could be read, and by which lead."""
+    shown = Table(
+        "precision of at least", "lead", "recall", title="Phrases that are left out, by the lead that is asked"
+    )
+    ordered = sorted((each for each in results if each.what == LEFT_OUT), key=lambda each: -each.lead)
+    right = np.cumsum([each.right for each in ordered])
+    shares = right / np.arange(1, len(ordered) + 1)
+    for least in precisions:
+        at = max(np.flatnonzero(shares >= least), default=None)
+        if at is not None:
+            shown.add_row(f"{least:g}", f"{ordered[at].lead:.3f}", f"{right[at] / len(ordered):.3f}")
     return shown
 
 

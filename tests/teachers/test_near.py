@@ -14,10 +14,10 @@ from llf_teacher.tools.reading import (
     labelled,
     read_left_out,
     read_sentences,
-    reader_for,
     score,
 )
 from pz_envs.family import own_families
+from pz_envs.reading import make_reader
 from teachers.near import load_synonyms
 from teachers.oracles.bandits import Pull
 from teachers.schema import Vocabulary
@@ -25,7 +25,7 @@ from teachers.templates import Template
 
 FAMILIES = {each.name: each for each in own_families()}
 FILE = Path(__file__).parents[1] / "reading" / "sentences.txt"
-BANDITS, GRID, POEM = (reader_for(FAMILIES[name]) for name in ("bandits", "gridworld", "poem"))
+BANDITS, GRID, POEM = (make_reader(FAMILIES[name]) for name in ("bandits", "gridworld", "poem"))
 
 
 def read(reader, text):
@@ -39,8 +39,8 @@ def read(reader, text):
         (BANDITS, "go for arm three", "near", "Pull", {"action": "3"}),
         (BANDITS, "Please don't pull arm 3 next", "near", "Avoid", {"action": "3"}),
         (BANDITS, "The best arm is among those from 2 to 5", "near", "Among", {"low": "2", "high": "5"}),
-        (GRID, "please go esat now", "near", "Go", {"action": "east"}),
-        (GRID, "Now south, please.", "near", "Go", {"action": "south"}),
+        (GRID, "go esat now", "near", "Go", {"action": "east"}),
+        (GRID, "go south now", "near", "Go", {"action": "south"}),
         (POEM, "Give seven syllables to line two.", "near", "Count", {"amount": "7 syllables", "line": "2"}),
         (POEM, "Give 7 syllables to line 2.", "exact", "Count", {"amount": "7 syllables", "line": "2"}),
     ],
@@ -126,7 +126,7 @@ def test_phrases_that_are_left_out_are_read_right_or_not_at_all():
     assert {each.what for each in results} == {LEFT_OUT}
     found = score(results)
     assert found.precision[0] >= 0.99
-    assert found.recall >= 0.2
+    assert found.recall >= 0.4
 
 
 def test_a_score_counts_what_is_read_wrong():

@@ -30,4 +30,4 @@ def reading(
         results += measured.read_left_out(each)
     console = Console(emoji=False)
     console.width = max(console.width, 160)
-    console.print(measured.table(results), measured.confusion(results), sep="\n")
+    console.print(measured.table(results), measured.curve(results), measured.confusion(results), sep="\n")
