@@ -1,0 +1,210 @@
+"""The mirror as studies, and the scores of a teacher from the episodes that were played."""
+
+import hashlib
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
+from itertools import product
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from llf_teacher import suite
+from llf_teacher.episodes.record import EpisodeSpec
+from llf_teacher.studies import Results, load, run
+from llf_teacher.studies.analysis.statistics import LEAST
+from llf_teacher.studies.definition.custom_specs import teacher_spec
+from llf_teacher.studies.definition.design import NEXT, TESTER
+from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.limits import Limits
+from llf_teacher.studies.execution.runner import RunOptions
+from llf_teacher.suite.card import Card
+from llf_teacher.suite.experiment import TURNS
+from llf_teacher.suite.mirror.card import TeacherCard
+from llf_teacher.suite.mirror.quality import Episode, Quality, World, all_qualities
+from llf_teacher.suite.places import OPTIONS
+from llf_teacher.suite.play import seeds_of
+from llf_teacher.suite.score import LEVELS, Arms, Score, score
+from teachers.spec import unknown
+
+VERSION = "mirror-v1"
+"""Worlds, seeds, students, references and what is counted never change under this name; `digest` is that of all."""
+SEEDS, QUICK_SEEDS = 12, 6
+FAILURES = 3
+"""Failures of a teacher after which no more lessons begin: a quality that lacks a world is not measured anyway."""
+_HERE = Path(__file__).parent
+
+
+def digest() -> str:
+    """A digest of all that decides a score: of the files that define what is counted and with whom, as they are."""
+    files = [_HERE / "population.py", _HERE / "quality.py", *sorted((_HERE / "qualities").glob("*.py"))]
+    values = [VERSION, f"{[SEEDS, QUICK_SEEDS, TURNS, LEVELS]}", *(file.read_text(encoding="utf-8") for file in files)]
+    return hashlib.sha256("\0".join(values).encode()).hexdigest()[:16]
+
+
+def digest_for(path: Path | str) -> str:
+    """The digest that the card in a file should have: the mirror's for a teacher, else the suite's.
+
+    Raises:
+        CardError: it is no card, or was changed.
+    """
+    return digest() if Card.load(path).suite == VERSION else suite.digest()
+
+
+def chosen(names: Sequence[str] = ()) -> dict[str, Quality]:
+    """The qualities of these names; without names all.
+
+    Raises:
+        ValueError: an unknown name.
+    """
+    there = all_qualities()
+    for name in names:
+        if name not in there:
+            raise ValueError(unknown("quality", name, there))
+    return {name: there[name] for name in there if name in (names or there)}
+
+
+def take(
+    teacher: Any,
+    store: Path | str,
+    names: Sequence[str] = (),
+    quick: bool = False,
+    key: str = "",
+    workers: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    turn_seconds: float | None = None,
+) -> TeacherCard:
+    """Play what the store lacks of a teacher's lessons, and give its card.
+
+    Args:
+        teacher: a spec, a personality, or the factory of a policy for the teacher's seat.
+        store: the file of the episodes; an interrupted run is resumed from it.
+        names: of qualities; without them all.
+        quick: fewer seeds.
+        key: a text of your choice, for worlds that nobody could tune a teacher to.
+        workers: as in `llf_teacher.studies.run`.
+        progress: called with the number of episodes that are done, and the total.
+        turn_seconds: time of a turn, after which the episode of a teacher that hangs has failed; None: no limit.
+
+    Raises:
+        ValueError: the teacher or a quality is unknown.
+        StudyError: the episodes cannot go on; those so far are stored.
+    """
+    spec, asked = teacher_spec(teacher), chosen(names)
+    seeds = seeds_of(key)[: QUICK_SEEDS if quick else SEEDS]
+    unable: dict[str, str] = {}
+    studies = list(_studies(spec, asked.values(), seeds, unable))
+    options = RunOptions(limits=Limits(turn_seconds=turn_seconds), retry_failed=True, fail_fast=True)
+    specs = [each for study in studies for each in study.episodes()]
+    keys, done = {_lesson(each): each.key for each in specs}, 0
+    lost: list[Mapping[str, Any]] = []
+    for study in studies:
+        with run(study, store, workers, progress and partial(_add, progress, done, len(specs)), options) as results:
+            own = {each.key for each in study.episodes()}
+            done += len(own)
+            lost += [each for each in results.failures() if each["key"] in own and each["teacher"] == spec]
+        if len(lost) >= FAILURES:
+            break
+    with load(store) as results:
+        wanted = set(keys.values())
+        rows = {row["key"]: row for row in results.rows() if row["key"] in wanted}
+        played = _Played(results, rows, keys)
+        scores = {name: _scored(each, spec, played, seeds, unable) for name, each in asked.items()}
+    return TeacherCard.of(
+        spec,
+        scores,
+        suite=VERSION,
+        digest=digest(),
+        rows=[row for row in rows.values() if row["teacher"] == spec],
+        failures=len(lost),
+        error=f"{lost[0]['error']}" if lost else "",
+        key=key,
+        quick=quick,
+    )
+
+
+def _add(progress: Callable[[int, int], None], before: int, total: int, done: int, _: int) -> None:
+    progress(before + done, total)
+
+
+def _studies(teacher: str, asked: Iterable[Quality], seeds: Sequence[int], unable: dict[str, str]) -> Iterator[Study]:
+    """The studies of all lessons, one for each quality and environment, or for each town; they share episodes.
+
+    `unable` gets the environments in which the teacher cannot teach, with the reason.
+    """
+    for each in asked:
+        teachers = tuple(dict.fromkeys((*each.teachers, teacher)))
+        for id, town in product(each.ids, seeds if each.town else (None,)):
+            options = {**OPTIONS.get(id, {}), **({} if town is None else {"town": town})}
+            common: dict[str, Any] = {
+                "ids": (id,),
+                "students": each.students,
+                "max_turns": each.turns,
+                "options": {id: options} if options else {},
+            }
+            lessons = {"lessons": [1], "students": each.students, "teachers": teachers, "worlds": [NEXT]}
+            try:
+                if town is None:
+                    yield Study(teachers=teachers, seeds=seeds, bits=each.bits or False, **common)
+                else:
+                    yield Study(teachers=(TESTER,), seeds=(town,), transfer=lessons, **common)
+            except ValueError as error:
+                unable[id] = f"{error}"
+
+
+def _lesson(spec: EpisodeSpec) -> tuple[object, ...]:
+    """What identifies an episode here: whether it is a test after a lesson, the measure, and who met where."""
+    return spec.lessons, spec.draws, spec.id, spec.teacher, spec.student, spec.seed
+
+
+class _Played(NamedTuple):
+    """The episodes of a store."""
+
+    results: Results
+    rows: Mapping[str, Mapping[str, Any]]
+    """By key."""
+    keys: Mapping[tuple[object, ...], str]
+    """By `_lesson`."""
+
+    def world(self, quality: Quality, id: str, teacher: str, seed: int) -> World | None:
+        """The lessons of a teacher in a world; None if one was not played."""
+        both = [
+            [self.keys.get((int(quality.town), quality.bits, id, who, student, seed)) for student in quality.students]
+            for who in (teacher, TESTER)
+        ]
+        if not all(key in self.rows for keys in both for key in keys):
+            return None
+        return World(*([self._episode(key) for key in keys if key] for keys in both))
+
+    def _episode(self, key: str) -> Episode:
+        row = self.rows[key]
+        return Episode(row["regrets"], row["words"], self.results.turns(key))
+
+
+def _scored(quality: Quality, teacher: str, played: _Played, seeds: Sequence[int], unable: Mapping[str, str]) -> Score:
+    """The score of a teacher in a quality."""
+    why: dict[str, str] = {}
+    found: dict[str, NDArray[np.float64]] = {}
+    for id in quality.ids:
+        whole = [[played.world(quality, id, who, seed) for seed in seeds] for who in (teacher, *quality.teachers)]
+        worlds = [[each for each in row if each] for row in whole]
+        if any(len(row) < len(seeds) for row in worlds):
+            missing = len(seeds) - min(map(len, worlds))
+            why[id] = unable.get(id) or f"{missing} of {len(seeds)} worlds were not played"
+            continue
+        outcomes = [quality.outcome(row) for row in worlds[: len(quality.teachers)]]  # without silence
+        found[id] = np.array([*outcomes, np.zeros(len(seeds))][:3])
+        if np.isfinite(found[id]).all(axis=0).sum() < LEAST:
+            why[id] = quality.absent
+            del found[id]
+    shared = np.all([np.isfinite(each).all(axis=0) for each in found.values()], axis=0) if found else np.zeros(0)
+    arms = {
+        id: Arms(
+            better=-each[0, shared], worse=-each[2, shared], unit_better=-each[1, shared], unit_worse=-each[2, shared]
+        )
+        for id, each in found.items()
+    }
+    scored = score(arms)
+    reasons = (*(f"{id}: {each}" for id, each in why.items()), *([scored.why] if scored.why else ()))
+    return scored._replace(why="; ".join(reasons))
