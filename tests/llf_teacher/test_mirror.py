@@ -6,7 +6,7 @@ from llf_teacher.suite.mirror import all_qualities, digest
 from llf_teacher.suite.mirror.quality import ORDER
 from teachers.personality import parse_personality
 
-DIGEST = "e631669a0fc0dec9"
+DIGEST = "ae18169f8fffbc6f"
 
 
 def test_the_digest_is_that_of_the_version():

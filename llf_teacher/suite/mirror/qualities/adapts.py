@@ -2,7 +2,8 @@
 
 Why: what helps a beginner burdens an expert. Help is advice, a warning or a clue (fp, fn); counted is the share of
 turns after mistakes with help less that of other turns, over students that err in different ways. 0: help comes no
-matter what was done; 1: after each mistake and never else. Confounds: how specific help is does not count.
+matter what was done; 1: after each mistake and never else. Rests on timing, since late help comes after other actions,
+and on withstanding pushback, since one of the students insists. Confounds: how specific help is does not count.
 """
 
 from llf_teacher.suite.mirror.population import FORGETFUL, LEARNER, OBEDIENT, REASONER, STUBBORN
@@ -22,4 +23,5 @@ QUALITY = Quality(
     absent="it gave no advice, no warning and no clue after a turn",
     students=(OBEDIENT, REASONER, LEARNER, FORGETFUL, STUBBORN),
     reference="mistake_correcting(budget=100, threshold=0.0)",
+    rests_on=("timing", "pushback"),
 )

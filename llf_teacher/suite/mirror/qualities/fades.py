@@ -2,9 +2,9 @@
 
 Why: who is always helped does not learn to do without. Counted are claims about the task in the first half of the turns
 less those in the second, as a share of both, with students that learn; less the same with one that learns nothing, so
-that falling silent by the clock is no fading. 0: as much to the end; 1: as
-a teacher that speaks after mistakes only. Rests on adapting. In bandits only: in a house,
-where each room asks for another move, the students need help to the end.
+that falling silent by the clock is no fading. 0: as much to the end; 1: as a teacher that speaks after mistakes only.
+Rests on truth and timing, without which nothing is learned, and on adapting. In bandits only: in a house, where each
+room asks for another move, the students need help to the end.
 """
 
 from collections.abc import Sequence
@@ -35,6 +35,6 @@ QUALITY = Quality(
     absent="it made no claim after a turn",
     students=(OBEDIENT, REASONER, DEAF),
     reference="mistake_correcting(budget=100, threshold=0.0)",
-    rests_on=("adapts",),
+    rests_on=("truth", "timing", "adapts"),
     ids=(ARMS,),
 )
