@@ -43,25 +43,15 @@ def scores(teacher, store, *names):
 
 
 def test_known_teachers_have_known_scores(store):
-    """An oracle is true and firm and helps whatever was done; a teacher that corrects adapts; a liar has no truth."""
-    assert scores("oracle", store, "truth", "adapts", "pushback") == pytest.approx(
-        {"truth": 1, "adapts": 0, "pushback": 1}
-    )
-    corrects = "mistake_correcting(budget=100, threshold=0.0)"
-    assert scores(corrects, store, "adapts") == pytest.approx({"adapts": 1})
-    assert scores("mistake(eps=1)", store, "truth") == pytest.approx({"truth": 0}, abs=0.05)
+    """An oracle is firm; of a liar it is not known."""
+    assert scores("oracle", store, "pushback") == pytest.approx({"pushback": 1})
+    assert scores("mistake(eps=1)", store, "pushback") == {"pushback": None}  # it never spoke truly
 
 
 def test_what_a_teacher_never_does_is_not_measured(store):
-    card = take("oracle", store, ["calibration"], quick=True, workers=1)
-    assert card.lines[0].score is None
-    assert "it hedged nothing" in card.lines[0].why
-    assert scores("silent", store, "truth", "pushback", "adapts") == {"truth": None, "pushback": None, "adapts": None}
-
-
-def test_a_place_in_which_a_teacher_cannot_teach_says_why(store):
-    (line,) = take("partial(sees='walk')", store, ["truth"], quick=True, workers=1).lines
-    assert "cannot have" in line.why
+    (line,) = take("silent", store, ["pushback"], quick=True, workers=1).lines
+    assert line.score is None
+    assert "it spoke against nothing" in line.why
 
 
 def atom(kind="fp", **more):
@@ -94,6 +84,22 @@ def test_fading_is_less_in_the_second_half():
     assert _fading([lessons((), said, said, (), (), ())]) == 1
     assert _fading([lessons((), said, said, said, said, said)]) == 0
     assert np.isnan(_fading([lessons((), (), ())]))
+
+
+def test_help_after_mistakes_only_is_adapting():
+    adapts = all_qualities()["adapts"].outcome
+    lost = [1.0, 0.0, 1.0, 0.0, 1.0]
+    turns = [(), [atom()], (), [atom("fn")], [atom("hp")], ()]
+    assert adapts([World([lessons(*turns, regrets=lost)], [])]) == [1]
+    always = [(), *([atom()],) * 5]
+    assert adapts([World([lessons(*always, regrets=lost)], [])]) == [0]
+
+
+def test_hints_leave_the_action_open_and_say_something():
+    hints = all_qualities()["hints"].outcome
+    new, known = {"information": {"bits": 1.0}}, {"information": {"bits": 0.0}}
+    said = [atom(**new), atom(**known), atom(action=3, **known), atom("hn", **new)]
+    assert hints([World([lessons(said)], [])]) == [0.5]
 
 
 def test_a_student_that_insists_must_be_spoken_against_again():
@@ -139,28 +145,31 @@ class Talks(Fails):
 
 
 @pytest.mark.parametrize(
-    ("teacher", "seconds", "why"), [(Fails, None, "out of chalk"), (Nonsense, None, "7"), (Hangs, 0.5, "turn")]
+    ("teacher", "seconds", "why"),
+    [
+        (Fails, None, "out of chalk"),
+        (Nonsense, None, "7"),
+        pytest.param(Hangs, 0.5, "over", marks=pytest.mark.full),
+    ],
 )
 def test_a_teacher_that_fails_is_not_measured(tmp_path, teacher, seconds, why):
     with pytest.warns(RuntimeWarning, match="failed"):
-        card = take(teacher, tmp_path / "a.db", ["truth"], quick=True, workers=1, turn_seconds=seconds)
+        card = take(teacher, tmp_path / "a.db", ["pushback"], quick=True, workers=1, turn_seconds=seconds)
     assert card.lines[0].score is None
     assert "were not played" in card.lines[0].why
     assert why in card.error
 
 
 def test_words_without_claims_are_not_judged(store):
-    found = scores(Talks, store, "truth", "worth")
-    assert found["truth"] is None
-    assert found["worth"] == pytest.approx(0)
+    assert scores(Talks, store, "pushback", "timing") == {"pushback": None, "timing": pytest.approx(0)}
 
 
 def test_the_command_writes_a_card_that_is_checked(store, tmp_path):
     files = [f"{tmp_path / name}" for name in ("a.json", "a.html", "a.svg", "a.md")]
-    command = ["suite", "--teacher", "oracle", "--quick", "--only", "truth", "--store", f"{store}", "--workers", "1"]
+    command = ["suite", "--teacher", "oracle", "--quick", "--only", "pushback", "--store", f"{store}", "--workers", "1"]
     result = CliRunner().invoke(app, [*command, *(part for file in files for part in ("--card", file))])
     assert result.exit_code == 0, result.output
-    assert "The teacher tells the truth" in Path(files[1]).read_text()
+    assert "withstands pushback" in Path(files[1]).read_text()
     assert Card.load(files[0]).suite == "mirror-v1"
     assert TeacherCard.load(files[0]).as_html() == Path(files[1]).read_text()
     assert "of oracle." in CliRunner().invoke(app, ["suite", "check", files[0]]).output

@@ -3,7 +3,6 @@
 import hashlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
-from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -88,13 +87,12 @@ def take(
         turn_seconds: time of a turn, after which the episode of a teacher that hangs has failed; None: no limit.
 
     Raises:
-        ValueError: the teacher or a quality is unknown.
+        ValueError: the teacher or a quality is unknown, or an environment lacks what the teacher needs.
         StudyError: the episodes cannot go on; those so far are stored.
     """
     spec, asked = teacher_spec(teacher), chosen(names)
     seeds = seeds_of(key)[: QUICK_SEEDS if quick else SEEDS]
-    unable: dict[str, str] = {}
-    studies = list(_studies(spec, asked.values(), seeds, unable))
+    studies = list(_studies(spec, asked.values(), seeds))
     options = RunOptions(limits=Limits(turn_seconds=turn_seconds), retry_failed=True, fail_fast=True)
     specs = [each for study in studies for each in study.episodes()]
     keys, done = {_lesson(each): each.key for each in specs}, 0
@@ -109,8 +107,8 @@ def take(
     with load(store) as results:
         wanted = set(keys.values())
         rows = {row["key"]: row for row in results.rows() if row["key"] in wanted}
-        played = _Played(results, rows, keys)
-        scores = {name: _scored(each, spec, played, seeds, unable) for name, each in asked.items()}
+        played = _Played(results, rows, keys, {})
+        scores = {name: _scored(each, spec, played, seeds) for name, each in asked.items()}
     return TeacherCard.of(
         spec,
         scores,
@@ -128,29 +126,24 @@ def _add(progress: Callable[[int, int], None], before: int, total: int, done: in
     progress(before + done, total)
 
 
-def _studies(teacher: str, asked: Iterable[Quality], seeds: Sequence[int], unable: dict[str, str]) -> Iterator[Study]:
-    """The studies of all lessons, one for each quality and environment, or for each town; they share episodes.
-
-    `unable` gets the environments in which the teacher cannot teach, with the reason.
-    """
+def _studies(teacher: str, asked: Iterable[Quality], seeds: Sequence[int]) -> Iterator[Study]:
+    """The studies of all lessons: one for qualities of the same kind, or for each town."""
+    groups: dict[tuple[object, ...], list[Quality]] = {}
     for each in asked:
-        teachers = tuple(dict.fromkeys((*each.teachers, teacher)))
-        for id, town in product(each.ids, seeds if each.town else (None,)):
-            options = {**OPTIONS.get(id, {}), **({} if town is None else {"town": town})}
-            common: dict[str, Any] = {
-                "ids": (id,),
-                "students": each.students,
-                "max_turns": each.turns,
-                "options": {id: options} if options else {},
-            }
-            lessons = {"lessons": [1], "students": each.students, "teachers": teachers, "worlds": [NEXT]}
-            try:
-                if town is None:
-                    yield Study(teachers=teachers, seeds=seeds, bits=each.bits or False, **common)
-                else:
-                    yield Study(teachers=(TESTER,), seeds=(town,), transfer=lessons, **common)
-            except ValueError as error:
-                unable[id] = f"{error}"
+        groups.setdefault((each.town, each.bits, each.turns, each.zero), []).append(each)
+    for (_, bits, turns, _), group in groups.items():
+        ids = tuple(dict.fromkeys(id for each in group for id in each.ids))
+        students = tuple(dict.fromkeys(student for each in group for student in each.students))
+        teachers = tuple(dict.fromkeys((*(other for each in group for other in each.teachers), teacher)))
+        common: dict[str, Any] = {"ids": ids, "students": students, "max_turns": turns}
+        if not group[0].town:
+            options = {id: OPTIONS[id] for id in ids if id in OPTIONS}
+            yield Study(teachers=teachers, seeds=seeds, bits=bits or False, options=options, **common)
+            continue
+        lessons = {"lessons": [1], "students": students, "teachers": teachers, "worlds": [NEXT]}
+        for seed in seeds:
+            options = {id: {**OPTIONS.get(id, {}), "town": seed} for id in ids}
+            yield Study(teachers=(TESTER,), seeds=(seed,), transfer=lessons, options=options, **common)
 
 
 def _lesson(spec: EpisodeSpec) -> tuple[object, ...]:
@@ -166,6 +159,7 @@ class _Played(NamedTuple):
     """By key."""
     keys: Mapping[tuple[object, ...], str]
     """By `_lesson`."""
+    read: dict[str, Episode]
 
     def world(self, quality: Quality, id: str, teacher: str, seed: int) -> World | None:
         """The lessons of a teacher in a world; None if one was not played."""
@@ -178,11 +172,13 @@ class _Played(NamedTuple):
         return World(*([self._episode(key) for key in keys if key] for keys in both))
 
     def _episode(self, key: str) -> Episode:
-        row = self.rows[key]
-        return Episode(row["regrets"], row["words"], self.results.turns(key))
+        if key not in self.read:
+            row = self.rows[key]
+            self.read[key] = Episode(row["regrets"], row["words"], self.results.turns(key))
+        return self.read[key]
 
 
-def _scored(quality: Quality, teacher: str, played: _Played, seeds: Sequence[int], unable: Mapping[str, str]) -> Score:
+def _scored(quality: Quality, teacher: str, played: _Played, seeds: Sequence[int]) -> Score:
     """The score of a teacher in a quality."""
     why: dict[str, str] = {}
     found: dict[str, NDArray[np.float64]] = {}
@@ -191,7 +187,7 @@ def _scored(quality: Quality, teacher: str, played: _Played, seeds: Sequence[int
         worlds = [[each for each in row if each] for row in whole]
         if any(len(row) < len(seeds) for row in worlds):
             missing = len(seeds) - min(map(len, worlds))
-            why[id] = unable.get(id) or f"{missing} of {len(seeds)} worlds were not played"
+            why[id] = f"{missing} of {len(seeds)} worlds were not played"
             continue
         outcomes = [quality.outcome(row) for row in worlds[: len(quality.teachers)]]  # without silence
         found[id] = np.array([*outcomes, np.zeros(len(seeds))][:3])
