@@ -46,7 +46,7 @@ LEAST, MOST = 0.8, 0.2
 Scores = NDArray[np.float64]
 
 
-def measure(store: Path, key: str, quick: bool, workers: int) -> tuple[Scores, Scores, Scores]:
+def measure(store: Path, key: str, worlds: int, workers: int) -> tuple[Scores, Scores, Scores]:
     """The scores of sound teachers and with each defect, shape (defects, qualities), and each defect's by strength.
 
     The last has the shape (defects, 4), from none on.
@@ -54,7 +54,7 @@ def measure(store: Path, key: str, quick: bool, workers: int) -> tuple[Scores, S
     names = tuple(all_qualities())
 
     def scores_of(spec: str, *which: str) -> list[float]:
-        card = take(spec, store, which, quick, key, workers)
+        card = take(spec, store, which, key=key, workers=workers, worlds=worlds)
         return [np.nan if each.score is None else each.score for each in card.lines]
 
     lacks = [DEFECTS[name] for name in names]
@@ -125,11 +125,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--store", type=Path, default=Path("check-mirror.db"))
     parser.add_argument("--keys", nargs="+", default=["one"], help="texts from which seeds are drawn")
-    parser.add_argument("--quick", action="store_true", help="fewer worlds")
+    parser.add_argument("--worlds", type=int, default=20, help="number of worlds, 5 to 20")
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--plot", type=Path)
     args = parser.parse_args()
-    runs = [measure(args.store, key, args.quick, args.workers) for key in args.keys]
+    runs = [measure(args.store, key, args.worlds, args.workers) for key in args.keys]
     print(f"\n{table(*runs[0])}\n")
     for key, run in zip(args.keys, runs, strict=True):
         print(f"Faults with {key}:", "; ".join(faults(*run)) or "none")

@@ -181,5 +181,7 @@ def test_unknown_qualities_and_teachers_are_refused(store):
         take("oracle", store, ["true"])
     with pytest.raises(ValueError, match="unknown"):
         take("oracl", store)
+    with pytest.raises(ValueError, match="worlds must be an integer from 5 to 20, got 4"):
+        take("oracle", store, worlds=4)
     result = CliRunner().invoke(app, ["suite", "--teacher", "oracle", "--student", "random"])
     assert result.exit_code == 2

@@ -25,7 +25,7 @@ from llf_teacher.suite.mirror.quality import Episode, Quality, World, all_qualit
 from llf_teacher.suite.places import OPTIONS
 from llf_teacher.suite.play import seeds_of
 from llf_teacher.suite.score import LEVELS, Arms, Score, score
-from teachers.spec import unknown
+from teachers.spec import check_range, unknown
 
 VERSION = "mirror-v1"
 """Worlds, seeds, students, references and what is counted never change under this name; `digest` is that of all."""
@@ -73,6 +73,7 @@ def take(
     workers: int | None = None,
     progress: Callable[[int, int], None] | None = None,
     turn_seconds: float | None = None,
+    worlds: int | None = None,
 ) -> TeacherCard:
     """Play what the store lacks of a teacher's lessons, and give its card.
 
@@ -85,13 +86,18 @@ def take(
         workers: as in `llf_teacher.studies.run`.
         progress: called with the number of episodes that are done, and the total.
         turn_seconds: time of a turn, after which the episode of a teacher that hangs has failed; None: no limit.
+        worlds: number of worlds, 5 to 20; None: 20, or 10 if it is `quick`. With fewer than 10 no test of a card of
+            ten qualities can be significant.
 
     Raises:
-        ValueError: the teacher or a quality is unknown, or an environment lacks what the teacher needs.
+        ValueError: the teacher or a quality is unknown, `worlds` is not allowed, or an environment lacks what the
+            teacher needs.
         StudyError: the episodes cannot go on; those so far are stored.
     """
     spec, asked = teacher_spec(teacher), chosen(names)
-    seeds = seeds_of(key)[: QUICK_SEEDS if quick else SEEDS]
+    number = (QUICK_SEEDS if quick else SEEDS) if worlds is None else worlds
+    check_range("worlds", number, LEAST, SEEDS, int)
+    seeds = seeds_of(key)[:number]
     studies = list(_studies(spec, asked.values(), seeds))
     options = RunOptions(limits=Limits(turn_seconds=turn_seconds), retry_failed=True, fail_fast=True)
     specs = [each for study in studies for each in study.episodes()]
