@@ -15,7 +15,7 @@ from llf_teacher.suite.mirror.qualities.fades import _fading
 from llf_teacher.suite.mirror.quality import ORDER, Episode, World
 from teachers.personality import parse_personality
 
-DIGEST = "68089abd3df0238e"
+DIGEST = "f600826e4a70ff59"
 
 
 def test_the_digest_is_that_of_the_version():

@@ -137,14 +137,15 @@ def _studies(teacher: str, asked: Iterable[Quality], seeds: Sequence[int]) -> It
     groups: dict[tuple[object, ...], list[Quality]] = {}
     for each in asked:
         groups.setdefault((each.town, each.bits, each.turns, each.zero), []).append(each)
-    for (_, bits, turns, _), group in groups.items():
+    for group in groups.values():
+        first = group[0]
         ids = tuple(dict.fromkeys(id for each in group for id in each.ids))
         students = tuple(dict.fromkeys(student for each in group for student in each.students))
         teachers = tuple(dict.fromkeys((*(other for each in group for other in each.teachers), teacher)))
-        common: dict[str, Any] = {"ids": ids, "students": students, "max_turns": turns}
-        if not group[0].town:
+        common: dict[str, Any] = {"ids": ids, "students": students, "max_turns": first.turns}
+        if not first.town:
             options = {id: OPTIONS[id] for id in ids if id in OPTIONS}
-            yield Study(teachers=teachers, seeds=seeds, bits=bits or False, options=options, **common)
+            yield Study(teachers=teachers, seeds=seeds, bits=first.bits or False, options=options, **common)
             continue
         lessons = {"lessons": [1], "students": students, "teachers": teachers, "worlds": [NEXT]}
         for seed in seeds:

@@ -21,7 +21,7 @@ from teachers.atoms import Label
 
 def _agreement(worlds: Sequence[World]) -> Numbers:
     """Less the squared difference, for each world the product of its own with the mean of the others."""
-    off = defaultdict(lambda: np.zeros(len(worlds)))
+    off: defaultdict[int, Numbers] = defaultdict(lambda: np.zeros(len(worlds)))
     said = np.zeros(len(worlds))
     for i, world in enumerate(worlds):
         for atom in (atom for each in world.taught for atom in each.claims() if atom["label"] == Label.HEDGED):

@@ -26,7 +26,7 @@ def _fading(episodes: Sequence[Episode]) -> float:
 
 
 def _contrast(world: World) -> float:
-    return _fading(world.taught[:-1]) - np.nan_to_num(_fading(world.taught[-1:]))
+    return _fading(world.taught[:-1]) - float(np.nan_to_num(_fading(world.taught[-1:])))
 
 
 QUALITY = Quality(
