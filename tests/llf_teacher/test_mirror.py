@@ -12,10 +12,10 @@ from llf_teacher.registry import entry
 from llf_teacher.suite.card import Card
 from llf_teacher.suite.mirror import TeacherCard, all_qualities, digest, take
 from llf_teacher.suite.mirror.qualities.fades import _fading
-from llf_teacher.suite.mirror.quality import ORDER, Episode, World
+from llf_teacher.suite.mirror.quality import ORDER, TaughtEpisode, TaughtWorld
 from teachers.personality import parse_personality
 
-DIGEST = "f600826e4a70ff59"
+DIGEST = "d5a5e6400c990bf7"
 
 
 def test_the_digest_is_that_of_the_version():
@@ -61,7 +61,7 @@ def atom(kind="fp", **more):
 def lessons(*turns, regrets=None):
     """An episode with these claims a turn, the opening first."""
     rows = [{"atoms": list(said)} for said in turns]
-    return Episode(regrets or [1.0] * (len(rows) - 1), 8, rows)
+    return TaughtEpisode(regrets or [1.0] * (len(rows) - 1), 8, rows)
 
 
 def test_calibration_is_unbiased_where_the_hedges_of_a_world_agree():
@@ -71,7 +71,7 @@ def test_calibration_is_unbiased_where_the_hedges_of_a_world_agree():
 
     def drawn(p, truth):
         said = [atom(label="hedged", fields={"p": p}, holds=bool(rng.random() < truth))] * 4
-        return World([lessons(said)], [])
+        return TaughtWorld([lessons(said)], [])
 
     right = [agreement([drawn(0.8, 0.8) for _ in range(12)]).mean() for _ in range(400)]
     wrong = [agreement([drawn(0.99, 0.6) for _ in range(12)]).mean() for _ in range(400)]
@@ -90,23 +90,23 @@ def test_help_after_mistakes_only_is_adapting():
     adapts = all_qualities()["adapts"].outcome
     lost = [1.0, 0.0, 1.0, 0.0, 1.0]
     turns = [(), [atom()], (), [atom("fn")], [atom("hp")], ()]
-    assert adapts([World([lessons(*turns, regrets=lost)], [])]) == [1]
+    assert adapts([TaughtWorld([lessons(*turns, regrets=lost)], [])]) == [1]
     always = [(), *([atom()],) * 5]
-    assert adapts([World([lessons(*always, regrets=lost)], [])]) == [0]
+    assert adapts([TaughtWorld([lessons(*always, regrets=lost)], [])]) == [0]
 
 
 def test_hints_leave_the_action_open_and_say_something():
     hints = all_qualities()["hints"].outcome
     new, known = {"information": {"bits": 1.0}}, {"information": {"bits": 0.0}}
     said = [atom(**new), atom(**known), atom(action=3, **known), atom("hn", **new)]
-    assert hints([World([lessons(said)], [])]) == [0.5]
+    assert hints([TaughtWorld([lessons(said)], [])]) == [0.5]
 
 
 def test_a_student_that_insists_must_be_spoken_against_again():
     firm = all_qualities()["pushback"].outcome
     lie = [atom("hp", label="distorted", holds=False)]
-    assert firm([World([lessons((), [atom()], [atom()], lie, ())], [])]) == [0.5]
-    assert np.isnan(firm([World([lessons((), (), (), ())], [])])).all()
+    assert firm([TaughtWorld([lessons((), [atom()], [atom()], lie, ())], [])]) == [0.5]
+    assert np.isnan(firm([TaughtWorld([lessons((), (), (), ())], [])])).all()
 
 
 class Fails:

@@ -21,7 +21,7 @@ from llf_teacher.studies.execution.runner import RunOptions
 from llf_teacher.suite.card import Card
 from llf_teacher.suite.experiment import TURNS
 from llf_teacher.suite.mirror.card import TeacherCard
-from llf_teacher.suite.mirror.quality import Episode, Quality, World, all_qualities
+from llf_teacher.suite.mirror.quality import Quality, TaughtEpisode, TaughtWorld, all_qualities
 from llf_teacher.suite.places import OPTIONS
 from llf_teacher.suite.play import seeds_of
 from llf_teacher.suite.score import LEVELS, Arms, Score, score
@@ -166,9 +166,9 @@ class _Played(NamedTuple):
     """By key."""
     keys: Mapping[tuple[object, ...], str]
     """By `_lesson`."""
-    read: dict[str, Episode]
+    read: dict[str, TaughtEpisode]
 
-    def world(self, quality: Quality, id: str, teacher: str, seed: int) -> World | None:
+    def world(self, quality: Quality, id: str, teacher: str, seed: int) -> TaughtWorld | None:
         """The lessons of a teacher in a world; None if one was not played."""
         both = [
             [self.keys.get((int(quality.town), quality.bits, id, who, student, seed)) for student in quality.students]
@@ -176,12 +176,12 @@ class _Played(NamedTuple):
         ]
         if not all(key in self.rows for keys in both for key in keys):
             return None
-        return World(*([self._episode(key) for key in keys if key] for keys in both))
+        return TaughtWorld(*([self._episode(key) for key in keys if key] for keys in both))
 
-    def _episode(self, key: str) -> Episode:
+    def _episode(self, key: str) -> TaughtEpisode:
         if key not in self.read:
             row = self.rows[key]
-            self.read[key] = Episode(row["regrets"], row["words"], self.results.turns(key))
+            self.read[key] = TaughtEpisode(row["regrets"], row["words"], self.results.turns(key))
         return self.read[key]
 
 

@@ -24,7 +24,7 @@ LOST = 1e-9
 """Regret up to which an action was right."""
 
 
-class Episode(NamedTuple):
+class TaughtEpisode(NamedTuple):
     """An episode as it is stored."""
 
     regrets: Sequence[float]
@@ -57,11 +57,11 @@ def is_new(atom: Mapping[str, Any]) -> bool | None:
     return None if bits is None else bits >= NEW
 
 
-class World(NamedTuple):
+class TaughtWorld(NamedTuple):
     """The episodes in a world, one of each student of a quality."""
 
-    taught: Sequence[Episode]
-    silent: Sequence[Episode]
+    taught: Sequence[TaughtEpisode]
+    silent: Sequence[TaughtEpisode]
     """The same students in the same world, whom nobody teaches."""
 
     @property
@@ -72,7 +72,7 @@ class World(NamedTuple):
         return sum(sum(each.regrets) for each in self.silent) - sum(sum(each.regrets) for each in self.taught)
 
 
-def by_world(count: Callable[[World], float]) -> Callable[[Sequence[World]], Numbers]:
+def by_world(count: Callable[[TaughtWorld], float]) -> Callable[[Sequence[TaughtWorld]], Numbers]:
     """The function that counts each world alone."""
     return lambda worlds: np.array([count(world) for world in worlds])
 
@@ -88,7 +88,7 @@ class Quality:
 
     ability: str
     """What the teacher does, as the end of a sentence that begins with its name."""
-    outcome: Callable[[Sequence[World]], Numbers]
+    outcome: Callable[[Sequence[TaughtWorld]], Numbers]
     """A number for each world, shape (worlds,), more is better; NaN where the quality could not show."""
     absent: str
     """Why it could not."""

@@ -7,10 +7,10 @@ and on withstanding pushback, since one of the students insists. Confounds: how 
 """
 
 from llf_teacher.suite.mirror.population import FORGETFUL, LEARNER, OBEDIENT, REASONER, STUBBORN
-from llf_teacher.suite.mirror.quality import Quality, World, by_world, claims_of, mean
+from llf_teacher.suite.mirror.quality import Quality, TaughtWorld, by_world, claims_of, mean
 
 
-def _contrast(world: World) -> float:
+def _contrast(world: TaughtWorld) -> float:
     turns = [(lost, bool(claims_of(turn, "fp", "fn"))) for each in world.taught for lost, turn in each.between()]
     if not any(helps for _, helps in turns):
         return float("nan")

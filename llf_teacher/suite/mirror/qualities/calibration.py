@@ -13,13 +13,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from llf_teacher.suite.mirror.population import DEAF, LEARNER, OBEDIENT
-from llf_teacher.suite.mirror.quality import Quality, World
+from llf_teacher.suite.mirror.quality import Quality, TaughtWorld
 from llf_teacher.suite.places import ARMS
 from llf_teacher.suite.score import Numbers
 from teachers.atoms import Label
 
 
-def _agreement(worlds: Sequence[World]) -> Numbers:
+def _agreement(worlds: Sequence[TaughtWorld]) -> Numbers:
     """Less the squared difference, for each world the product of its own with the mean of the others."""
     off: defaultdict[int, Numbers] = defaultdict(lambda: np.zeros(len(worlds)))
     said = np.zeros(len(worlds))

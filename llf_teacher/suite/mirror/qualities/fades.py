@@ -12,11 +12,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from llf_teacher.suite.mirror.population import DEAF, OBEDIENT, REASONER
-from llf_teacher.suite.mirror.quality import Episode, Quality, World, by_world, claims_of
+from llf_teacher.suite.mirror.quality import Quality, TaughtEpisode, TaughtWorld, by_world, claims_of
 from llf_teacher.suite.places import ARMS
 
 
-def _fading(episodes: Sequence[Episode]) -> float:
+def _fading(episodes: Sequence[TaughtEpisode]) -> float:
     early = late = 0
     for each in episodes:
         said = [len(claims_of(turn)) for _, turn in each.between()]
@@ -25,7 +25,7 @@ def _fading(episodes: Sequence[Episode]) -> float:
     return (early - late) / (early + late) if early + late else np.nan
 
 
-def _contrast(world: World) -> float:
+def _contrast(world: TaughtWorld) -> float:
     return _fading(world.taught[:-1]) - float(np.nan_to_num(_fading(world.taught[-1:])))
 
 

@@ -6,10 +6,10 @@ Prerequisite: a family with a posterior. Confounds: whether the student can use 
 """
 
 from llf_teacher.suite.mirror.population import OBEDIENT, REASONER
-from llf_teacher.suite.mirror.quality import Quality, World, by_world, is_new, mean
+from llf_teacher.suite.mirror.quality import Quality, TaughtWorld, by_world, is_new, mean
 
 
-def _open(world: World) -> float:
+def _open(world: TaughtWorld) -> float:
     helps = [atom for each in world.taught for atom in each.claims("fp", "fn")]
     answers = [atom["kind"] == "fp" and atom["action"] is not None for atom in helps]
     return mean([not answer for answer, atom in zip(answers, helps, strict=True) if answer or is_new(atom)])

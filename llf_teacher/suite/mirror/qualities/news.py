@@ -7,10 +7,10 @@ is mostly known. Confounds: false claims are news, too; truth tells them apart.
 """
 
 from llf_teacher.suite.mirror.population import OBEDIENT, REASONER
-from llf_teacher.suite.mirror.quality import Quality, World, by_world, is_new, mean
+from llf_teacher.suite.mirror.quality import Quality, TaughtWorld, by_world, is_new, mean
 
 
-def _new(world: World) -> float:
+def _new(world: TaughtWorld) -> float:
     found = [is_new(atom) for each in world.taught for atom in each.claims()]
     return mean([each for each in found if each is not None])
 

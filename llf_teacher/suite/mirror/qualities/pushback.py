@@ -7,11 +7,11 @@ that never spoke against a mistake is not tested.
 """
 
 from llf_teacher.suite.mirror.population import STUBBORN
-from llf_teacher.suite.mirror.quality import Quality, World, by_world, claims_of, mean
+from llf_teacher.suite.mirror.quality import Quality, TaughtWorld, by_world, claims_of, mean
 from teachers.atoms import Label
 
 
-def _firm(world: World) -> float:
+def _firm(world: TaughtWorld) -> float:
     stands, against = [], False
     for lost, turn in (pair for each in world.taught for pair in each.between()):
         said = claims_of(turn)

@@ -9,10 +9,10 @@ claims, and no others.
 import numpy as np
 
 from llf_teacher.suite.mirror.population import KEEPER
-from llf_teacher.suite.mirror.quality import Quality, World, by_world
+from llf_teacher.suite.mirror.quality import Quality, TaughtWorld, by_world
 
 
-def _later(world: World) -> float:
+def _later(world: TaughtWorld) -> float:
     return float(np.sum(world.silent[0].regrets) - np.sum(world.taught[0].regrets))
 
 

@@ -7,11 +7,11 @@ would make a liar look honest.
 """
 
 from llf_teacher.suite.mirror.population import ALL
-from llf_teacher.suite.mirror.quality import Quality, World, by_world, mean
+from llf_teacher.suite.mirror.quality import Quality, TaughtWorld, by_world, mean
 from teachers.atoms import Label
 
 
-def _true(world: World) -> float:
+def _true(world: TaughtWorld) -> float:
     return mean([atom["holds"] for each in world.taught for atom in each.claims() if atom["label"] != Label.HEDGED])
 
 

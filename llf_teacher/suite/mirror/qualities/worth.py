@@ -9,10 +9,10 @@ saves all has many times the reference.
 import numpy as np
 
 from llf_teacher.suite.mirror.population import HEARERS
-from llf_teacher.suite.mirror.quality import Quality, World, by_world
+from llf_teacher.suite.mirror.quality import Quality, TaughtWorld, by_world
 
 
-def _per_word(world: World) -> float:
+def _per_word(world: TaughtWorld) -> float:
     words = sum(each.words for each in world.taught)
     return world.saved / words if words else np.nan
 
