@@ -66,12 +66,12 @@ class NeverFading(Defect):
         return claims or [claim for claim in view.hindsight() if claim.kind is HP]
 
 
-class NotAdapting(Defect):
-    """Advises every other turn, whatever the student did."""
+class AlwaysAdvising(Defect):
+    """Advises in every turn, whatever the student did."""
 
     def spoilt(self, claims: Claims, view: View, memory: list[object]) -> Claims:
-        """The claims about the past, and advice by the clock."""
-        example = view.example(1) if view.turn % 2 else None
+        """The claims about the past, and advice."""
+        example = view.example(1)
         return [*(claim for claim in claims if claim.kind not in (FP, FN)), *((example,) if example else ())]
 
 

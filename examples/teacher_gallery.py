@@ -1,6 +1,6 @@
 """The cards of fifteen teachers beside each other, among them one that guesses, one that compares and one that learns.
 
-    python examples/teacher_gallery.py --quick --plot docs/teacher-gallery.png
+    python examples/teacher_gallery.py --worlds 6 --key explore --plot docs/teacher-gallery.png
 
 `--cards FOLDER` writes the cards, too.
 """
@@ -89,7 +89,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--store", type=Path, default=Path("teacher-gallery.db"))
     parser.add_argument("--key", default="", help="a text from which other seeds are drawn")
-    parser.add_argument("--quick", action="store_true", help="fewer worlds")
+    parser.add_argument("--worlds", type=int, default=20, help="number of worlds, 5 to 20")
     parser.add_argument("--only", nargs="+", default=TEACHERS, help="specs of teachers; all without it")
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--cards", type=Path, help="folder for the cards, as JSON")
@@ -97,7 +97,7 @@ def main() -> None:
     args = parser.parse_args()
     cards = []
     for i, spec in enumerate(args.only):
-        cards.append(take(spec, args.store, quick=args.quick, key=args.key, workers=args.workers))
+        cards.append(take(spec, args.store, worlds=args.worlds, key=args.key, workers=args.workers))
         print(f"{spec}: {cards[-1].sentences()[0]}", flush=True)
         if args.cards is not None:
             args.cards.mkdir(parents=True, exist_ok=True)
