@@ -1,4 +1,4 @@
-"""`llf suite`: what a student can do with feedback, as a card."""
+"""`llf suite`: what a student can do with feedback, or what a teacher is worth, as a card."""
 
 from pathlib import Path
 from typing import Annotated
@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from llf_teacher.cli import Commands, complete_student, search_here
+from llf_teacher.cli import Commands, complete_student, complete_teacher, search_here
 from llf_teacher.escaping import escape_control_chars
 
 STORE = Path("llf-suite.db")
@@ -17,7 +17,7 @@ STORE = Path("llf-suite.db")
 def add_to(app: typer.Typer) -> None:
     """Add the group and its commands."""
     group = typer.Typer(
-        help="Take the suite: `llf suite --student SPEC` scores what a student does with feedback, as a card.",
+        help="Take the suite: `llf suite --student SPEC`, or `--teacher SPEC`, writes a card of scores.",
         cls=Commands,
         invoke_without_command=True,
     )
@@ -33,12 +33,19 @@ def suite(
         str | None,
         typer.Option(help="Spec of a student, or `module:factory` of your agent.", autocompletion=complete_student),
     ] = None,
+    teacher: Annotated[
+        str | None,
+        typer.Option(help="Spec of a teacher, or `module:Class` of yours.", autocompletion=complete_teacher),
+    ] = None,
     card: Annotated[
         list[Path] | None, typer.Option(help="File to write: .json, .md, .svg or .html; repeat it for several.")
     ] = None,
-    only: Annotated[list[str] | None, typer.Option(help="Experiment to take; repeat it for several.")] = None,
+    only: Annotated[
+        list[str] | None, typer.Option(help="Experiment, or quality of a teacher, to take; repeat it for several.")
+    ] = None,
     quick: Annotated[
-        bool, typer.Option("--quick", help="Take the four experiments that tell most, with fewer seeds.")
+        bool,
+        typer.Option("--quick", help="Take the four experiments that tell most, with fewer seeds; of a teacher all."),
     ] = False,
     key: Annotated[str, typer.Option(help="Text from which other seeds are drawn.")] = "",
     store: Annotated[Path, typer.Option(help="SQLite file for the episodes; an interrupted suite is resumed.")] = STORE,
@@ -49,23 +56,27 @@ def suite(
     """Take the suite: score what a student does with feedback, one ability an experiment.
 
     A score is what a student saves in regret beside a control, in the unit of a reference: 0 if it takes no notice.
+    Of a teacher it is what shows in lessons of known students, such as truth, news, or the regret that a word saves.
     """
     if context.invoked_subcommand is not None:
         return
-    if student is None:
-        raise typer.BadParameter("give --student SPEC, such as --student obedient, or a command: compare, check")
+    if (student is None) == (teacher is None):
+        raise typer.BadParameter(
+            "give --student SPEC, such as --student obedient, or --teacher SPEC, or a command: compare, check"
+        )
     from llf_teacher.studies.definition.custom_specs import student_spec
-    from llf_teacher.suite import take
+    from llf_teacher.suite import mirror, take
     from llf_teacher.suite.estimate import estimate
 
     search_here()
     console = Console(emoji=False, stderr=True, markup=False)
-    before = estimate(student_spec(student), only or (), quick, key)
-    console.print(f"The student plays {before}, less what {store} has already.")
+    if student is not None:
+        before = estimate(student_spec(student), only or (), quick, key)
+        console.print(f"The student plays {before}, less what {store} has already.")
     with Progress(console=console, transient=True) as progress:
         task = progress.add_task("episodes", total=None)
-        found = take(
-            student,
+        found = (take if teacher is None else mirror.take)(
+            student if teacher is None else teacher,
             store,
             only or (),
             quick,
@@ -90,11 +101,11 @@ Card_ = Annotated[Path, typer.Argument(help="JSON file of a card.", exists=True,
 
 def compare(first: Card_, second: Card_) -> None:
     """Compare two cards: the second one's scores less the first one's, each with its interval and test."""
-    from llf_teacher.suite import comparing, digest
+    from llf_teacher.suite import comparing, mirror
     from llf_teacher.suite.card import chance_words
 
     table = Table("ability", "difference", "p", title=f"{second} less {first}")
-    for each in comparing.compare(first, second, digest()):
+    for each in comparing.compare(first, second, mirror.digest_for(first)):
         table.add_row(each.ability, each.words, chance_words(each.p))
     Console(emoji=False, markup=False).print(table)
 
@@ -104,7 +115,8 @@ def check(
 ) -> None:
     """Check that cards are whole, unchanged, and of this version of the suite."""
     from llf_teacher import suite as suites
+    from llf_teacher.suite import mirror
 
     for path in files:
-        card = suites.check(path, suites.digest())
+        card = suites.check(path, mirror.digest_for(path))
         typer.echo(f"{path}: a card of {card.suite} ({card.digest}) of {escape_control_chars(card.student)}.")

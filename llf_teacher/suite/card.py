@@ -8,7 +8,7 @@ import platform
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import llf_teacher
 from llf_teacher.studies.analysis.statistics import holm
@@ -86,6 +86,15 @@ class Card:
     """The reason of the first of these."""
     versions: Mapping[str, str]
 
+    role: ClassVar[str] = "The student"
+    about: ClassVar[str] = "what it can do with feedback"
+    scale: ClassVar[str] = "0: takes no notice        1: as the reference"
+
+    @classmethod
+    def ability_of(cls, name: str) -> str:
+        """What a student with the ability of this name does."""
+        return all_experiments()[name].ability
+
     @classmethod
     def of(
         cls,
@@ -112,7 +121,7 @@ class Card:
             student=student,
             quick=quick,
             key=key,
-            lines=tuple(_line(name, each, adjusted.get(name)) for name, each in scores.items()),
+            lines=tuple(_line(name, cls.ability_of(name), each, adjusted.get(name)) for name, each in scores.items()),
             cost={"episodes": float(len(played)), **cost},
             failures=failures,
             error=error,
@@ -130,7 +139,7 @@ class Card:
         )
         unmeasured = [each for each in self.lines if each.score is None]
         said = [
-            f"The student {shown[0].ability}: {shown[0].words}."
+            f"{self.role} {shown[0].ability}: {shown[0].words}."
             if shown
             else "No ability differs significantly from none."
         ]
@@ -214,7 +223,7 @@ class Card:
                 axes.axvline(value, color="0.5", linewidth=1, linestyle=line, zorder=0)
             axes.set(yticks=range(len(self.lines)), yticklabels=[each.ability for each in self.lines])
             axes.set_ylim(len(self.lines) - 0.5, -0.5)
-            axes.set_xlabel("0: takes no notice        1: as the reference")
+            axes.set_xlabel(self.scale)
             axes.set_title(_short(self.student))
         return figure
 
@@ -271,11 +280,11 @@ def check(path: Path | str, digest: str) -> Card:
     return card
 
 
-def _line(name: str, score: Score, p: float | None) -> AbilityLine:
+def _line(name: str, ability: str, score: Score, p: float | None) -> AbilityLine:
     there = score.measured
     return AbilityLine(
         name=name,
-        ability=all_experiments()[name].ability,
+        ability=ability,
         score=score.value if there else None,
         low=None if math.isnan(score.low) else score.low,
         high=None if math.isnan(score.high) else score.high,

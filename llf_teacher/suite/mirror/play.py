@@ -1,0 +1,213 @@
+"""The mirror as studies, and the scores of a teacher from the episodes that were played."""
+
+import hashlib
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from llf_teacher import suite
+from llf_teacher.episodes.record import EpisodeSpec
+from llf_teacher.studies import Results, load, run
+from llf_teacher.studies.analysis.statistics import LEAST
+from llf_teacher.studies.definition.custom_specs import teacher_spec
+from llf_teacher.studies.definition.design import NEXT, TESTER
+from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.limits import Limits
+from llf_teacher.studies.execution.runner import RunOptions
+from llf_teacher.suite.card import Card
+from llf_teacher.suite.experiment import TURNS
+from llf_teacher.suite.mirror.card import TeacherCard
+from llf_teacher.suite.mirror.quality import Quality, TaughtEpisode, TaughtWorld, all_qualities
+from llf_teacher.suite.places import OPTIONS
+from llf_teacher.suite.play import seeds_of
+from llf_teacher.suite.score import LEVELS, Arms, Score, score
+from teachers.spec import check_range, unknown
+
+VERSION = "mirror-v1"
+"""Worlds, seeds, students, references and what is counted never change under this name; `digest` is that of all."""
+SEEDS, QUICK_SEEDS = 20, 10
+FAILURES = 3
+"""Failures of a teacher after which no more lessons begin: a quality that lacks a world is not measured anyway."""
+_HERE = Path(__file__).parent
+
+
+def digest() -> str:
+    """A digest of all that decides a score: of the files that define what is counted and with whom, as they are."""
+    files = [_HERE / "population.py", _HERE / "quality.py", *sorted((_HERE / "qualities").glob("*.py"))]
+    values = [VERSION, f"{[SEEDS, QUICK_SEEDS, TURNS, LEVELS]}", *(file.read_text(encoding="utf-8") for file in files)]
+    return hashlib.sha256("\0".join(values).encode()).hexdigest()[:16]
+
+
+def digest_for(path: Path | str) -> str:
+    """The digest that the card in a file should have: the mirror's for a teacher, else the suite's.
+
+    Raises:
+        CardError: it is no card, or was changed.
+    """
+    return digest() if Card.load(path).suite == VERSION else suite.digest()
+
+
+def chosen(names: Sequence[str] = ()) -> dict[str, Quality]:
+    """The qualities of these names; without names all.
+
+    Raises:
+        ValueError: an unknown name.
+    """
+    there = all_qualities()
+    for name in names:
+        if name not in there:
+            raise ValueError(unknown("quality", name, there))
+    return {name: there[name] for name in there if name in (names or there)}
+
+
+def take(
+    teacher: Any,
+    store: Path | str,
+    names: Sequence[str] = (),
+    quick: bool = False,
+    key: str = "",
+    workers: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    turn_seconds: float | None = None,
+    worlds: int | None = None,
+) -> TeacherCard:
+    """Play what the store lacks of a teacher's lessons, and give its card.
+
+    Args:
+        teacher: a spec, a personality, or the factory of a policy for the teacher's seat.
+        store: the file of the episodes; an interrupted run is resumed from it.
+        names: of qualities; without them all.
+        quick: fewer seeds.
+        key: a text of your choice, for worlds that nobody could tune a teacher to.
+        workers: as in `llf_teacher.studies.run`.
+        progress: called with the number of episodes that are done, and the total.
+        turn_seconds: time of a turn, after which the episode of a teacher that hangs has failed; None: no limit.
+        worlds: number of worlds, 5 to 20; None: 20, or 10 if it is `quick`. With fewer than 10 no test of a card of
+            ten qualities can be significant.
+
+    Raises:
+        ValueError: the teacher or a quality is unknown, `worlds` is not allowed, or an environment lacks what the
+            teacher needs.
+        StudyError: the episodes cannot go on; those so far are stored.
+    """
+    spec, asked = teacher_spec(teacher), chosen(names)
+    number = (QUICK_SEEDS if quick else SEEDS) if worlds is None else worlds
+    check_range("worlds", number, LEAST, SEEDS, int)
+    seeds = seeds_of(key)[:number]
+    studies = list(_studies(spec, asked.values(), seeds))
+    options = RunOptions(limits=Limits(turn_seconds=turn_seconds), retry_failed=True, fail_fast=True)
+    specs = [each for study in studies for each in study.episodes()]
+    keys, done = {_lesson(each): each.key for each in specs}, 0
+    lost: list[Mapping[str, Any]] = []
+    for study in studies:
+        with run(study, store, workers, progress and partial(_add, progress, done, len(specs)), options) as results:
+            own = {each.key for each in study.episodes()}
+            done += len(own)
+            lost += [each for each in results.failures() if each["key"] in own and each["teacher"] == spec]
+        if len(lost) >= FAILURES:
+            break
+    with load(store) as results:
+        wanted = set(keys.values())
+        rows = {row["key"]: row for row in results.rows() if row["key"] in wanted}
+        played = _Played(results, rows, keys, {})
+        scores = {name: _scored(each, spec, played, seeds) for name, each in asked.items()}
+    return TeacherCard.of(
+        spec,
+        scores,
+        suite=VERSION,
+        digest=digest(),
+        rows=[row for row in rows.values() if row["teacher"] == spec],
+        failures=len(lost),
+        error=f"{lost[0]['error']}" if lost else "",
+        key=key,
+        quick=quick,
+    )
+
+
+def _add(progress: Callable[[int, int], None], before: int, total: int, done: int, _: int) -> None:
+    progress(before + done, total)
+
+
+def _studies(teacher: str, asked: Iterable[Quality], seeds: Sequence[int]) -> Iterator[Study]:
+    """The studies of all lessons: one for qualities of the same kind, or for each town."""
+    groups: dict[tuple[object, ...], list[Quality]] = {}
+    for each in asked:
+        groups.setdefault((each.town, each.bits, each.turns, each.zero), []).append(each)
+    for group in groups.values():
+        first = group[0]
+        ids = tuple(dict.fromkeys(id for each in group for id in each.ids))
+        students = tuple(dict.fromkeys(student for each in group for student in each.students))
+        teachers = tuple(dict.fromkeys((*(other for each in group for other in each.teachers), teacher)))
+        common: dict[str, Any] = {"ids": ids, "students": students, "max_turns": first.turns}
+        if not first.town:
+            options = {id: OPTIONS[id] for id in ids if id in OPTIONS}
+            yield Study(teachers=teachers, seeds=seeds, bits=first.bits or False, options=options, **common)
+            continue
+        lessons = {"lessons": [1], "students": students, "teachers": teachers, "worlds": [NEXT]}
+        for seed in seeds:
+            options = {id: {**OPTIONS.get(id, {}), "town": seed} for id in ids}
+            yield Study(teachers=(TESTER,), seeds=(seed,), transfer=lessons, options=options, **common)
+
+
+def _lesson(spec: EpisodeSpec) -> tuple[object, ...]:
+    """What identifies an episode here: whether it is a test after a lesson, the measure, and who met where."""
+    return spec.lessons, spec.draws, spec.id, spec.teacher, spec.student, spec.seed
+
+
+class _Played(NamedTuple):
+    """The episodes of a store."""
+
+    results: Results
+    rows: Mapping[str, Mapping[str, Any]]
+    """By key."""
+    keys: Mapping[tuple[object, ...], str]
+    """By `_lesson`."""
+    read: dict[str, TaughtEpisode]
+
+    def world(self, quality: Quality, id: str, teacher: str, seed: int) -> TaughtWorld | None:
+        """The lessons of a teacher in a world; None if one was not played."""
+        both = [
+            [self.keys.get((int(quality.town), quality.bits, id, who, student, seed)) for student in quality.students]
+            for who in (teacher, TESTER)
+        ]
+        if not all(key in self.rows for keys in both for key in keys):
+            return None
+        return TaughtWorld(*([self._episode(key) for key in keys if key] for keys in both))
+
+    def _episode(self, key: str) -> TaughtEpisode:
+        if key not in self.read:
+            row = self.rows[key]
+            self.read[key] = TaughtEpisode(row["regrets"], row["words"], self.results.turns(key))
+        return self.read[key]
+
+
+def _scored(quality: Quality, teacher: str, played: _Played, seeds: Sequence[int]) -> Score:
+    """The score of a teacher in a quality."""
+    why: dict[str, str] = {}
+    found: dict[str, NDArray[np.float64]] = {}
+    for id in quality.ids:
+        whole = [[played.world(quality, id, who, seed) for seed in seeds] for who in (teacher, *quality.teachers)]
+        worlds = [[each for each in row if each] for row in whole]
+        if any(len(row) < len(seeds) for row in worlds):
+            missing = len(seeds) - min(map(len, worlds))
+            why[id] = f"{missing} of {len(seeds)} worlds were not played"
+            continue
+        outcomes = [quality.outcome(row) for row in worlds[: len(quality.teachers)]]  # without silence
+        found[id] = np.array([*outcomes, np.zeros(len(seeds))][:3])
+        if np.isfinite(found[id]).all(axis=0).sum() < LEAST:
+            why[id] = quality.absent
+            del found[id]
+    shared = np.all([np.isfinite(each).all(axis=0) for each in found.values()], axis=0) if found else np.zeros(0)
+    arms = {
+        id: Arms(
+            better=-each[0, shared], worse=-each[2, shared], unit_better=-each[1, shared], unit_worse=-each[2, shared]
+        )
+        for id, each in found.items()
+    }
+    scored = score(arms)
+    reasons = (*(f"{id}: {each}" for id, each in why.items()), *([scored.why] if scored.why else ()))
+    return scored._replace(why="; ".join(reasons))

@@ -1,0 +1,1 @@
+"""The qualities of the mirror, one module each."""

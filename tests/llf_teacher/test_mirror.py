@@ -1,0 +1,187 @@
+"""The mirror: qualities of known teachers, cards of teachers, and teachers that fail."""
+
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from llf_teacher.cli import app
+from llf_teacher.registry import entry
+from llf_teacher.suite.card import Card
+from llf_teacher.suite.mirror import TeacherCard, all_qualities, digest, take
+from llf_teacher.suite.mirror.qualities.fades import _fading
+from llf_teacher.suite.mirror.quality import ORDER, TaughtEpisode, TaughtWorld
+from teachers.personality import parse_personality
+
+DIGEST = "d5a5e6400c990bf7"
+
+
+def test_the_digest_is_that_of_the_version():
+    """If not, a score means something else: give the mirror another version."""
+    assert digest() == DIGEST
+
+
+@pytest.mark.parametrize("name", all_qualities())
+def test_a_quality_is_complete(name):
+    each = all_qualities()[name]
+    assert name in ORDER
+    assert set(each.rests_on) <= set(all_qualities()) - {name}
+    assert all(parse_personality(spec) for spec in each.teachers)
+    assert {entry(id).family.name for id in each.ids} >= {"bandits"}
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory):
+    return tmp_path_factory.mktemp("mirror") / "mirror.db"
+
+
+def scores(teacher, store, *names):
+    """The scores by name, in fewer worlds."""
+    return {each.name: each.score for each in take(teacher, store, names, quick=True, workers=1).lines}
+
+
+def test_known_teachers_have_known_scores(store):
+    """An oracle is firm; of a liar it is not known."""
+    assert scores("oracle", store, "pushback") == pytest.approx({"pushback": 1})
+    assert scores("mistake(eps=1)", store, "pushback") == {"pushback": None}  # it never spoke truly
+
+
+def test_what_a_teacher_never_does_is_not_measured(store):
+    (line,) = take("silent", store, ["pushback"], quick=True, workers=1).lines
+    assert line.score is None
+    assert "it spoke against nothing" in line.why
+
+
+def atom(kind="fp", **more):
+    return {"kind": kind, "label": "truthful", "holds": True, "action": None, "fields": {}} | more
+
+
+def lessons(*turns, regrets=None):
+    """An episode with these claims a turn, the opening first."""
+    rows = [{"atoms": list(said)} for said in turns]
+    return TaughtEpisode(regrets or [1.0] * (len(rows) - 1), 8, rows)
+
+
+def test_calibration_is_unbiased_where_the_hedges_of_a_world_agree():
+    """Of hedges that are right in the mean the score is 0 in the mean, though all of a world are true or none is."""
+    agreement = all_qualities()["calibration"].outcome
+    rng = np.random.default_rng(3)
+
+    def drawn(p, truth):
+        said = [atom(label="hedged", fields={"p": p}, holds=bool(rng.random() < truth))] * 4
+        return TaughtWorld([lessons(said)], [])
+
+    right = [agreement([drawn(0.8, 0.8) for _ in range(12)]).mean() for _ in range(400)]
+    wrong = [agreement([drawn(0.99, 0.6) for _ in range(12)]).mean() for _ in range(400)]
+    assert abs(np.mean(right)) < 4 * np.std(right) / 20
+    assert np.mean(wrong) == pytest.approx(-(0.39**2), abs=0.02)
+
+
+def test_fading_is_less_in_the_second_half():
+    said = [atom()]
+    assert _fading([lessons((), said, said, (), (), ())]) == 1
+    assert _fading([lessons((), said, said, said, said, said)]) == 0
+    assert np.isnan(_fading([lessons((), (), ())]))
+
+
+def test_help_after_mistakes_only_is_adapting():
+    adapts = all_qualities()["adapts"].outcome
+    lost = [1.0, 0.0, 1.0, 0.0, 1.0]
+    turns = [(), [atom()], (), [atom("fn")], [atom("hp")], ()]
+    assert adapts([TaughtWorld([lessons(*turns, regrets=lost)], [])]) == [1]
+    always = [(), *([atom()],) * 5]
+    assert adapts([TaughtWorld([lessons(*always, regrets=lost)], [])]) == [0]
+
+
+def test_hints_leave_the_action_open_and_say_something():
+    hints = all_qualities()["hints"].outcome
+    new, known = {"information": {"bits": 1.0}}, {"information": {"bits": 0.0}}
+    said = [atom(**new), atom(**known), atom(action=3, **known), atom("hn", **new)]
+    assert hints([TaughtWorld([lessons(said)], [])]) == [0.5]
+
+
+def test_a_student_that_insists_must_be_spoken_against_again():
+    firm = all_qualities()["pushback"].outcome
+    lie = [atom("hp", label="distorted", holds=False)]
+    assert firm([TaughtWorld([lessons((), [atom()], [atom()], lie, ())], [])]) == [0.5]
+    assert np.isnan(firm([TaughtWorld([lessons((), (), (), ())], [])])).all()
+
+
+class Fails:
+    """A teacher that raises."""
+
+    def reset(self, rng):
+        """Nothing."""
+
+    def act(self, observation, info):
+        """Fail."""
+        raise RuntimeError("out of chalk")
+
+
+class Nonsense(Fails):
+    """A teacher that says no words."""
+
+    def act(self, observation, info):
+        """A number."""
+        return 7
+
+
+class Hangs(Fails):
+    """A teacher that does not answer."""
+
+    def act(self, observation, info):
+        """Wait."""
+        time.sleep(60)
+
+
+class Talks(Fails):
+    """A teacher whose words carry no claims."""
+
+    def act(self, observation, info):
+        """Words."""
+        return "Well."
+
+
+@pytest.mark.parametrize(
+    ("teacher", "seconds", "why"),
+    [
+        (Fails, None, "out of chalk"),
+        (Nonsense, None, "7"),
+        pytest.param(Hangs, 0.5, "over", marks=pytest.mark.full),
+    ],
+)
+def test_a_teacher_that_fails_is_not_measured(tmp_path, teacher, seconds, why):
+    with pytest.warns(RuntimeWarning, match="failed"):
+        card = take(teacher, tmp_path / "a.db", ["pushback"], quick=True, workers=1, turn_seconds=seconds)
+    assert card.lines[0].score is None
+    assert "were not played" in card.lines[0].why
+    assert why in card.error
+
+
+def test_words_without_claims_are_not_judged(store):
+    assert scores(Talks, store, "pushback", "timing") == {"pushback": None, "timing": pytest.approx(0)}
+
+
+def test_the_command_writes_a_card_that_is_checked(store, tmp_path):
+    files = [f"{tmp_path / name}" for name in ("a.json", "a.html", "a.svg", "a.md")]
+    command = ["suite", "--teacher", "oracle", "--quick", "--only", "pushback", "--store", f"{store}", "--workers", "1"]
+    result = CliRunner().invoke(app, [*command, *(part for file in files for part in ("--card", file))])
+    assert result.exit_code == 0, result.output
+    assert "withstands pushback" in Path(files[1]).read_text()
+    assert Card.load(files[0]).suite == "mirror-v1"
+    assert TeacherCard.load(files[0]).as_html() == Path(files[1]).read_text()
+    assert "of oracle." in CliRunner().invoke(app, ["suite", "check", files[0]]).output
+    assert "+0.00" in CliRunner().invoke(app, ["suite", "compare", files[0], files[0]]).output
+
+
+def test_unknown_qualities_and_teachers_are_refused(store):
+    with pytest.raises(ValueError, match=r"unknown quality 'true'.*truth"):
+        take("oracle", store, ["true"])
+    with pytest.raises(ValueError, match="unknown"):
+        take("oracl", store)
+    with pytest.raises(ValueError, match="worlds must be an integer from 5 to 20, got 4"):
+        take("oracle", store, worlds=4)
+    result = CliRunner().invoke(app, ["suite", "--teacher", "oracle", "--student", "random"])
+    assert result.exit_code == 2
