@@ -17,10 +17,10 @@ from llf_teacher.suite.card import AbilityLine, CardError
 from llf_teacher.suite.comparing import _difference, compare
 from llf_teacher.suite.estimate import estimate
 from llf_teacher.suite.experiment import ORDER
-from llf_teacher.suite.play import chosen, seeds_of, study_of
+from llf_teacher.suite.play import chosen, seeds_of, studies_of
 from llf_teacher.suite.score import Arms, score
 
-DIGEST = "250295501b97ca4f"
+DIGEST = "da408f1da3a81e80"
 
 
 def arms(better, worse, unit_better=0.0, unit_worse=10.0, n=20, noise=1.0, seed=0, **more):
@@ -42,9 +42,11 @@ def test_an_experiment_is_complete(name):
     assert len({entry(id).family.name for id in each.ids}) >= 2
     assert set(each.rests_on) <= set(all_experiments()) - {name}
     assert each.offset in (0, 1)
-    study = study_of(["random"], {name: each}, [0])
-    assert set(study.teachers) == set(each.teachers)  # the specs in the store's rows
-    assert each.reference in study.students
+    (study,) = studies_of(["random"], {name: each}, [0])
+    for id in each.ids:
+        played = study.tests(id) if each.lessons else study.grid(id)
+        assert set(played.teachers) == set(each.teachers)  # the specs in the store's rows
+        assert each.reference in played.students
 
 
 def test_scores_of_known_losses():
@@ -166,21 +168,21 @@ def test_the_command(store, tmp_path):
     result = CliRunner().invoke(app, [*command, "--card", f"{tmp_path / 'card.md'}"])
     assert result.exit_code == 0, result.output
     assert "takes advice" in (tmp_path / "card.md").read_text()
-    assert "at most 32 episodes, 384 turns" in result.output
+    assert "at most 32 episodes, 192 turns" in result.output
 
 
 MODEL = "llm(model='m', base_url='http://127.0.0.1:9/v1', max_tokens=10{})"
 
 
 def test_an_estimate_is_of_what_would_be_played():
-    """Two teachers and two environments with 8 seeds of 12 turns; only a model with prices has a price."""
+    """Two teachers and two environments with 8 seeds of 6 turns; only a model with prices has a price."""
     plain = estimate("obedient", ["advice"], quick=True)
-    assert (plain.episodes, plain.turns, plain.input_tokens, plain.usd) == (32, 384, None, None)
+    assert (plain.episodes, plain.turns, plain.input_tokens, plain.usd) == (32, 192, None, None)
     model = estimate(MODEL.format(""), ["advice"], quick=True)
-    assert model.output_tokens == 384 * 10
+    assert model.output_tokens == 192 * 10
     assert model.usd is None
     priced = estimate(MODEL.format(", input_price=2.0, output_price=3.0") + " | stubborn", ["advice"], quick=True)
-    assert priced.usd == pytest.approx((model.input_tokens * 2 + 3840 * 3) / 1e6)
+    assert priced.usd == pytest.approx((model.input_tokens * 2 + 1920 * 3) / 1e6)
     shorter = estimate(MODEL.format(", history=1"), ["advice"], quick=True)
     assert 0 < shorter.input_tokens < model.input_tokens
 
