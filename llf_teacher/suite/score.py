@@ -58,6 +58,8 @@ class Score(NamedTuple):
     p: float = np.nan
     """Of the sign-flip test over seeds that there is no contrast."""
     seeds: int = 0
+    spread: float = np.nan
+    """Standard deviation over seeds of what is tested, in the unit of the score."""
     places: Mapping[str, float] = {}
     """The score in each environment that counts."""
     why: str = ""
@@ -103,6 +105,7 @@ def score(arms: Mapping[str, Arms], offset: float = 0.0, margin: float | None = 
         high,
         paired_difference(together, np.zeros_like(together)).p,
         len(together),
+        float(together.std(ddof=1)),
         {id: float(offset + sign * ratio) for id, ratio in zip(there, ratios[:, 0], strict=True)},
         why or (linear.why if low != low else ""),  # NaN
         None if margin is None else bool(1 - margin < low and high < 1 + margin),

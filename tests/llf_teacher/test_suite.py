@@ -20,7 +20,7 @@ from llf_teacher.suite.experiment import ORDER
 from llf_teacher.suite.play import chosen, seeds_of, studies_of
 from llf_teacher.suite.score import Arms, score
 
-DIGEST = "da408f1da3a81e80"
+DIGEST = "478051499a08b3cc"
 
 
 def arms(better, worse, unit_better=0.0, unit_worse=10.0, n=20, noise=1.0, seed=0, **more):

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from scipy import stats
+from scipy import optimize, stats
 
 from llf_teacher.studies.analysis.contrasts import can_differ
 from llf_teacher.studies.analysis.outcomes import Numbers, Outcomes, paired
@@ -55,6 +55,21 @@ def power(seeds: int, effect: float, spread: float, alpha: float = ALPHA) -> flo
     """
     shift, bound = abs(effect) / spread * math.sqrt(seeds), stats.t.isf(alpha / 2, seeds - 1)
     return float(stats.nct.sf(bound, seeds - 1, shift) + stats.nct.cdf(-bound, seeds - 1, shift))
+
+
+def least_effect(seeds: int, spread: float, alpha: float = ALPHA, wanted: float = POWER) -> float:
+    """The least true mean difference that is significant with the wanted power; infinite if so few seeds allow none.
+
+    Arguments are those of `power`; without spread there is no least one, and the answer is 0.
+    """
+    if 2.0 ** (1 - seeds) > alpha:  # the p-value of the most extreme way to flip signs
+        return math.inf
+    if spread <= 0:
+        return 0.0
+    most = 1.0
+    while power(seeds, most, 1.0, alpha) < wanted:
+        most *= 2
+    return spread * float(optimize.brentq(lambda effect: power(seeds, effect, 1.0, alpha) - wanted, 0.0, most))
 
 
 def seeds_needed(effect: float, spread: float, alpha: float = ALPHA, wanted: float = POWER) -> int:
