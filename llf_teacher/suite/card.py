@@ -306,7 +306,10 @@ def _for_certain(each: AbilityLine) -> bool:
     """Whether an ability is there: what it saves is significant, or both lessons are alike."""
     if each.alike is not None:
         return each.alike
-    return (each.low or 0) > 0 and each.p is not None and each.p < _ALPHA
+    if each.low is None and all_experiments()[each.name].offset:  # p is not that of the ability
+        return False
+    above = each.low if each.low is not None else each.score
+    return (above or 0) > 0 and each.p is not None and each.p < _ALPHA
 
 
 def _checksum(values: Mapping[str, Any]) -> str:

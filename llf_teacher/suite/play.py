@@ -204,6 +204,7 @@ def scored(experiment: Experiment, student: str, rows: Iterable[Mapping[str, Any
             unit_better=regrets(id, better, experiment.reference),
             unit_worse=regrets(id, worse, experiment.reference),
             unread=unread(id),
+            missing=entry(id).family.missing(),
         )
         for id in experiment.ids
     }

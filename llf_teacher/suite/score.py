@@ -29,10 +29,14 @@ class Arms(NamedTuple):
     unit_worse: Numbers
     unread: float = 0.0
     """Share of the student's answers that were no actions."""
+    missing: str = ""
+    """Why the environment's family cannot be played here; empty if it can."""
 
     def lacks(self, offset: float) -> str:
         """Why nothing can be measured here; empty if it can."""
         unit = self.unit_worse - self.unit_better
+        if self.missing:
+            return self.missing
         if np.isnan([self.better, self.worse]).any():
             return f"{int(np.isnan([self.better, self.worse]).any(axis=0).sum())} of {len(unit)} seeds were not played"
         if self.unread > UNREAD:
