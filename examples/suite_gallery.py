@@ -22,7 +22,7 @@ from llf_teacher.students.parsing import STUDENTS, parse_student
 from llf_teacher.suite import Card, all_experiments, take
 
 OTHERS = {
-    "reasoner": ("reasoner(worlds=64)", "reasoner(worlds=16, forget=False)"),  # 256 worlds take long
+    "reasoner": ("reasoner(worlds=64)", "reasoner(worlds=4, forget=False)"),  # 256 worlds take long
     "obedient": (
         "obedient",
         "obedient(forget=False)",

@@ -48,8 +48,6 @@ from pz_envs.registered import Registered
 from pz_envs.settings import Settings
 from pz_envs.subject import GYM
 
-MODEL = "model"
-"""The student's name in the rows of the task `suite`."""
 STORED = "llf_teacher"
 """The key of scores and turns in the sample's store."""
 _CHAT: dict[str, Callable[..., ChatMessage]] = {
@@ -57,6 +55,7 @@ _CHAT: dict[str, Callable[..., ChatMessage]] = {
     "user": ChatMessageUser,
     "assistant": ChatMessageAssistant,
 }
+_MODEL = "model"  # the student's name in the rows of the task `suite`
 _FINISH = {"max_tokens": "length", "model_length": "length"}  # the names of records
 
 
@@ -216,10 +215,10 @@ def suite(
         for seed in seeds
     ]
     solver = student(max_turns=turns, history=history, max_prompt_tokens=max_prompt_tokens)
-    return Task(dataset=samples, solver=solver, scorer=regret(experiments, rows), metadata={"digest": digest()})
+    return Task(dataset=samples, solver=solver, scorer=_regret(experiments, rows), metadata={"digest": digest()})
 
 
-def regret(experiments: Mapping[str, Experiment], rows: Sequence[Mapping[str, Any]]) -> Scorer:
+def _regret(experiments: Mapping[str, Experiment], rows: Sequence[Mapping[str, Any]]) -> Scorer:
     """The regret of each episode, and the suite's scores over all; `rows` are the episodes of the references."""
 
     @metric
@@ -227,7 +226,7 @@ def regret(experiments: Mapping[str, Experiment], rows: Sequence[Mapping[str, An
         def compute(scores: list[SampleScore]) -> Value:
             own = [dict(each.score.metadata or {}) for each in scores]
             seeds = sorted({row["seed"] for row in own})
-            return {name: scored(each, MODEL, [*rows, *own], seeds).value for name, each in experiments.items()}
+            return {name: scored(each, _MODEL, [*rows, *own], seeds).value for name, each in experiments.items()}
 
         return compute
 
@@ -236,7 +235,7 @@ def regret(experiments: Mapping[str, Experiment], rows: Sequence[Mapping[str, An
         async def score(state: TaskState, target: Target) -> Score:
             stored = state.store.get(STORED)
             row = {name: state.metadata[name] for name in ("id", "teacher", "seed")}
-            row |= {"student": MODEL, "lessons": 0, "worlds": "", "turns": int(stored["scores"]["turns"])}
+            row |= {"student": _MODEL, "lessons": 0, "worlds": "", "turns": int(stored["scores"]["turns"])}
             row |= {"regrets": [turn["regret"] for turn in stored["turns"][1:]]}
             row |= {"parse_failures": int(stored["scores"]["parse_failures"])}
             return Score(value=stored["scores"]["regret"], metadata=row)
