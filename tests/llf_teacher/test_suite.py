@@ -1,6 +1,7 @@
 """The suite: scores of known losses, cards that are whole, and students that fail."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -214,7 +215,7 @@ RECALLS = "obedient(forget=False)"
 
 
 def test_a_card_says_what_its_tests_find(store):
-    """The test has about that power, also with few worlds, whose p-values are coarse; seven find nothing at this level."""
+    """The test has about that power, also with few worlds, whose p-values are coarse; seven find nothing."""
     (line,) = take("bayesian", store, ["advice"], quick=True, workers=1).lines
     assert 0 < line.finds < 1
     assert least_effect(7, 1.0, 0.0125) == np.inf
@@ -309,6 +310,9 @@ def test_cards_are_compared_and_checked(store, tmp_path):
     assert "of obedient." in result.output
     take("random", store, ["turncoat"], quick=True, workers=1).write(Path(files[1]))
     with pytest.raises(CardError, match="no ability in common: advice; turncoat"):
+        compare(*files, digest())
+    replace(Card.load(files[0]), quick=False).write(Path(files[1]))
+    with pytest.raises(CardError, match=r"obedient.json is of the quick suite, .*random.json is not"):
         compare(*files, digest())
 
 
