@@ -24,7 +24,7 @@ from llf_teacher.suite import all_experiments, studies_of
 from llf_teacher.suite.play import SEEDS, scored, seeds_of
 
 WHOLE, REMEMBERING = "reasoner(worlds=4, forget=False)", "obedient(forget=False)"
-"""Students with all abilities but one, and with that one: to recall what was said of a world."""
+"""A student that weighs worlds by all that is said, and one that recalls what was said of a world."""
 DEFECTS = {
     "advice": ("skims(kinds='fp', p={})", (1 / 3, 2 / 3, 1)),
     "warnings": ("skims(kinds='fn', p={})", (1 / 3, 2 / 3, 1)),
@@ -41,23 +41,29 @@ DEFECTS = {
 }
 """By ability the trait that takes it away, and three strengths, the weakest first."""
 ABLE = {
-    REMEMBERING: {"advice", "warnings", "praise", "blame", "late", "silence", "recall", "voice", "truisms"},
-    WHOLE: DEFECTS.keys() - {"recall"},
+    REMEMBERING: ("advice", "warnings", "praise", "blame", "late", "silence", "recall", "voice", "truisms"),
+    WHOLE: ("advice", "warnings", "praise", "hints", "rules", "turncoat"),
 }
-"""By student the abilities that it has; for a pair of defects the first that has both is taken."""
+"""By student the abilities that are taken away from it: from the second those that only it has, and some on which these
+rest.
+"""
 LEAST, MOST = 0.8, 0.2
 Numbers = NDArray[np.float64]
 
 
+ROWS = [(who, name) for who, names in ABLE.items() for name in names]
+"""A student and the ability that it lacks."""
+
+
 class Measured(NamedTuple):
-    """Scores; NaN where none was measured."""
+    """Scores by row of `ROWS`; NaN where none was measured."""
 
     whole: Numbers
-    """Without the defect, shape (defects, abilities)."""
+    """Without the defect, shape (rows, abilities)."""
     full: Numbers
-    """With each at full strength, shape (defects, abilities)."""
+    """With it at full strength, shape (rows, abilities)."""
     by_strength: Numbers
-    """Of the own ability, by strength from none on, shape (defects, 4)."""
+    """Of the own ability, by strength from none on, shape (rows, 4)."""
 
     @property
     def lost(self) -> Numbers:
@@ -90,11 +96,6 @@ class Scores:
         return np.array([scored(each, spec, rows, self._seeds).value for each in asked.values()])
 
 
-def whole_for(defect: str) -> str:
-    """The student without the defect."""
-    return REMEMBERING if defect == "recall" else WHOLE
-
-
 def with_defects(who: str, *defects: str, strength: int = -1) -> str:
     """The spec of a student with defects."""
     return " | ".join((who, *(DEFECTS[name][0].format(DEFECTS[name][1][strength]) for name in defects)))
@@ -103,13 +104,13 @@ def with_defects(who: str, *defects: str, strength: int = -1) -> str:
 def measure(scores: Scores) -> Measured:
     """The scores without and with each defect."""
     names = tuple(all_experiments())
-    whole = [scores.of(whole_for(name), names) for name in names]
-    full = [scores.of(with_defects(whole_for(name), name), names) for name in names]
-    by_strength = []
-    for i, name in enumerate(names):
-        weaker = [scores.of(with_defects(whole_for(name), name, strength=each), (name,))[0] for each in (0, 1)]
-        by_strength.append([whole[i][i], *weaker, full[i][i]])
-        print(f"{name}: {' '.join(f'{each:.2f}' for each in by_strength[-1])}", flush=True)
+    whole, full, by_strength = [], [], []
+    for who, name in ROWS:
+        i = names.index(name)
+        whole.append(scores.of(who, names))
+        full.append(scores.of(with_defects(who, name), names))
+        weaker = [scores.of(with_defects(who, name, strength=each), (name,))[0] for each in (0, 1)]
+        by_strength.append([whole[-1][i], *weaker, full[-1][i]])
     return Measured(np.array(whole), np.array(full), np.array(by_strength))
 
 
@@ -134,10 +135,10 @@ def wrong(lost: Numbers, whole: Numbers, defects: Sequence[str]) -> list[str]:
 def faults(run_: Measured) -> list[str]:
     """What is not as it should be with one defect."""
     found = []
-    for i, defect in enumerate(all_experiments()):
-        found += wrong(run_.lost[i], run_.whole[i], [defect])
-        if np.isnan(run_.by_strength[i]).any() or (np.diff(run_.by_strength[i]) > 0).any():
-            found.append(f"{defect}: the score does not fall with strength")
+    for (who, defect), lost, whole, own in zip(ROWS, run_.lost, run_.whole, run_.by_strength, strict=True):
+        found += [f"{who}: {each}" for each in wrong(lost, whole, [defect])]
+        if np.isnan(own).any() or (np.diff(own) > 0).any():
+            found.append(f"{who}: {defect}: the score does not fall with strength")
     return found
 
 
@@ -149,7 +150,7 @@ def pairs(scores: Scores, who: str) -> tuple[int, list[str]]:
     names = tuple(all_experiments())
     found, tried = [], 0
     for pair in combinations(names, 2):
-        if next((each for each, abilities in ABLE.items() if abilities.issuperset(pair)), None) == who:
+        if next((each for each, abilities in ABLE.items() if set(pair) <= set(abilities)), None) == who:
             whole, without = scores.of(who, names), scores.of(with_defects(who, *pair), names)
             found += wrong(whole - without, whole, pair)
             tried += 1
@@ -159,28 +160,27 @@ def pairs(scores: Scores, who: str) -> tuple[int, list[str]]:
 def table(run_: Measured) -> str:
     """In Markdown what each defect takes at full strength, and its own score by strength."""
     names = list(all_experiments())
-    lines = [["without", *names, "own score by strength"], ["---"] * (len(names) + 2)]
-    for i, name in enumerate(names):
-        lost = [f"{each:.2f}" for each in run_.lost[i]]
-        lost[i] = f"**{lost[i]}**"
-        lines.append([name, *lost, ", ".join(f"{each:.2f}" for each in run_.by_strength[i])])
+    lines = [["student", "without", *names, "own score by strength"], ["---"] * (len(names) + 3)]
+    for (who, name), row, own in zip(ROWS, run_.lost, run_.by_strength, strict=True):
+        lost = [f"**{each:.2f}**" if name == other else f"{each:.2f}" for other, each in zip(names, row, strict=True)]
+        lines.append([who.partition("(")[0], name, *lost, ", ".join(f"{each:.2f}" for each in own)])
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
 def plot(run_: Measured) -> Figure:
     """The matrix of scores lost; a cell in a frame is declared."""
     names = list(all_experiments())
-    figure = Figure(figsize=(8.4, 7.2), layout="constrained")
+    figure = Figure(figsize=(8.8, 8.2), layout="constrained")
     axes = figure.subplots()
     image = axes.imshow(run_.lost, cmap="RdBu_r", vmin=-1.2, vmax=1.2)
     for (i, j), value in np.ndenumerate(run_.lost):
         text = "" if np.isnan(value) else f"{value:.2f}"
         axes.text(j, i, text, ha="center", va="center", color="white" if abs(value) > 0.8 else "black")
-        if i == j or names[i] in bases(names[j]):
-            axes.add_patch(_frame(j, i, 2.0 if i == j else 0.8))
+        if ROWS[i][1] == names[j] or ROWS[i][1] in bases(names[j]):
+            axes.add_patch(_frame(j, i, 2.0 if ROWS[i][1] == names[j] else 0.8))
     axes.set_xticks(range(len(names)), names, rotation=45, ha="right")
-    axes.set_yticks(range(len(names)), names)
-    axes.set(xlabel="experiment", ylabel="ability that the defect takes away")
+    axes.set_yticks(range(len(ROWS)), [f"{who.partition('(')[0]} without {name}" for who, name in ROWS])
+    axes.set(xlabel="experiment")
     figure.colorbar(image, label="score lost", shrink=0.8)
     return figure
 

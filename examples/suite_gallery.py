@@ -1,6 +1,6 @@
 """The suite's cards of all scripted students beside each other, and whether other worlds order the students alike.
 
-    python examples/suite_gallery.py --keys "" again --plot docs/suite-gallery.png
+    python examples/suite_gallery.py --keys "" one --plot docs/suite-gallery.png
 
 Prints the scores, the rank correlations of students between the first key and each other one, and those between the two
 families of each experiment. `--cards FOLDER` writes the cards of the first key.
@@ -110,7 +110,7 @@ def plot(cards: Sequence[Card]) -> Figure:
 def main() -> None:
     """Take the suite by each student, and print what came of it."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--store", type=Path, default=Path("suite-gallery.db"))
+    parser.add_argument("--store", type=Path, default=Path("suite-gallery.db"), help="file; others by key")
     parser.add_argument("--keys", nargs="+", default=[""], help="texts from which seeds are drawn; empty: the suite's")
     parser.add_argument("--only", nargs="+", default=[], help="specs of students; all without it")
     parser.add_argument("--workers", type=int, default=1)
@@ -123,9 +123,13 @@ def main() -> None:
         began = time.process_time(), time.perf_counter()
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)  # students that cannot play a family are not measured there
-            cards += [take(spec, args.store, key=key, workers=args.workers) for spec in specs]
+            store = args.store.with_stem(f"{args.store.stem}-{key}") if key else args.store
+            cards += [take(spec, store, key=key, workers=args.workers) for spec in specs]
         used = time.process_time() - began[0], time.perf_counter() - began[1]
-        print(f"Key {key!r}: {len(cards)} students, {used[0]:.0f} CPU seconds of this process, {used[1]:.0f} s")
+        print(
+            f"Key {key!r}: {len(cards)} students, {used[0]:.0f} CPU seconds of this process, {used[1]:.0f} s",
+            flush=True,
+        )
     first = taken[args.keys[0]]
     print(f"\n{table(first)}\n")
     for key in args.keys[1:]:
