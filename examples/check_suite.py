@@ -19,7 +19,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
-from llf_teacher.studies import run
+from llf_teacher.studies import load, run
+from llf_teacher.studies.definition.custom_specs import student_spec
 from llf_teacher.suite import all_experiments, studies_of
 from llf_teacher.suite.play import SEEDS, scored, seeds_of
 
@@ -87,12 +88,13 @@ class Scores:
 
     def _of(self, spec: str, names: tuple[str, ...]) -> Numbers:
         """By ability."""
-        asked = {name: all_experiments()[name] for name in names}
-        rows, keys = [], set()
-        for study in studies_of([spec], asked, self._seeds):
-            keys = {each.key for each in study.episodes()}
-            with run(study, self._store, self._workers) as results:
-                rows += [row for row in results.rows() if row["key"] in keys]
+        asked, spec = {name: all_experiments()[name] for name in names}, student_spec(spec)
+        studies = studies_of([spec], asked, self._seeds)
+        for study in studies:
+            run(study, self._store, self._workers).close()
+        keys = {each.key for study in studies for each in study.episodes()}
+        with load(self._store) as results:
+            rows = [row for row in results.rows() if row["key"] in keys]
         return np.array([scored(each, spec, rows, self._seeds).value for each in asked.values()])
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from llf_teacher.registry import entry
 from llf_teacher.students.parsing import parse_student
-from llf_teacher.studies import run
+from llf_teacher.studies import load, run
 from llf_teacher.studies.definition.custom_specs import student_spec
 from llf_teacher.studies.definition.design import TESTER
 from llf_teacher.studies.definition.study import Study
@@ -146,13 +146,14 @@ def take(
     options = RunOptions(limits=Limits(turn_seconds=turn_seconds), retry_failed=True)
     studies = studies_of([spec], experiments, seeds, QUICK_TURNS if quick else TURNS)
     keys = [{each.key for each in study.episodes()} for study in studies]
-    rows, lost, before = [], [], 0
+    before, total = 0, sum(map(len, keys))
     for study, own in zip(studies, keys, strict=True):
-        done = progress and partial(_add, progress, before, sum(map(len, keys)))
-        with run(study, store, workers, done, options) as results:
-            rows += [row for row in results.rows() if row["key"] in own]
-            lost += [each for each in results.failures() if each["key"] in own and each["student"] == spec]
+        run(study, store, workers, progress and partial(_add, progress, before, total), options).close()
         before += len(own)
+    wanted = set[str]().union(*keys)
+    with load(store) as results:
+        rows = [row for row in results.rows() if row["key"] in wanted]
+        lost = [each for each in results.failures() if each["key"] in wanted and each["student"] == spec]
     forgets = not parse_student(spec).remembers
     scores = {
         name: Score(np.nan, why="the student does not remember earlier episodes")
