@@ -1,24 +1,31 @@
-"""Whether the suite measures what it says: the score that each of ten known defects costs in each experiment.
+"""Whether the suite measures what it says: the score that known defects cost in each experiment.
 
-    python examples/check_suite.py --plot docs/suite.png
+    python examples/check_suite.py --pairs 8 --plot docs/suite.png
 
-A student with all abilities gets a trait that takes one away, at three strengths. At full strength the score of that
-ability should fall by 0.8 of it at least, and no other by more than 0.2, but those that rest on it. The whole is done
-again with other seeds.
+A student with an ability gets a trait that takes it away, at three strengths. At full strength the score of that
+ability should fall by 0.8 of it at least, and no other by more than 0.2, but those that rest on it. With `--pairs` each
+two of these traits are tried together.
 """
 
 import argparse
+from collections.abc import Sequence
+from functools import cache
+from itertools import combinations
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
-from scipy.stats import spearmanr
 
-from llf_teacher.suite import all_experiments, take
+from llf_teacher.studies import load, run
+from llf_teacher.studies.definition.custom_specs import student_spec
+from llf_teacher.suite import all_experiments, studies_of
+from llf_teacher.suite.play import SEEDS, scored, seeds_of
 
-WHOLE = "reasoner(worlds=16)"
+WHOLE, REMEMBERING = "reasoner(worlds=4, forget=False)", "obedient(forget=False)"
+"""A student that weighs worlds by all that is said, and one that recalls what was said of a world."""
 DEFECTS = {
     "advice": ("skims(kinds='fp', p={})", (1 / 3, 2 / 3, 1)),
     "warnings": ("skims(kinds='fn', p={})", (1 / 3, 2 / 3, 1)),
@@ -27,59 +34,86 @@ DEFECTS = {
     "late": ("defects:MissesThePast(p={})", (1 / 3, 2 / 3, 1)),
     "hints": ("defects:MissesHints(p={})", (1 / 3, 2 / 3, 1)),
     "silence": ("defects:ForgetsInSilence(p={})", (0.05, 0.2, 1)),  # in each of ten turns
+    "recall": ("defects:ForgetsOvernight(p={})", (1 / 3, 2 / 3, 1)),
+    "rules": ("defects:MissesRules(p={})", (1 / 3, 2 / 3, 1)),
     "voice": ("defects:MissesTone(p={})", (1 / 3, 2 / 3, 1)),
     "truisms": ("defects:Distracted(p={})", (1 / 3, 2 / 3, 1)),
     "turncoat": ("capitulates(after={})", (4, 2, 0)),
 }
 """By ability the trait that takes it away, and three strengths, the weakest first."""
+ABLE = {
+    REMEMBERING: ("advice", "warnings", "praise", "blame", "late", "silence", "recall", "voice", "truisms"),
+    WHOLE: ("advice", "warnings", "praise", "hints", "rules", "turncoat"),
+}
+"""By student the abilities that are taken away from it: from the second those that only it has, and some on which these
+rest.
+"""
 LEAST, MOST = 0.8, 0.2
+Numbers = NDArray[np.float64]
 
 
-def scores_of(spec: str, names: tuple[str, ...], store: Path, key: str, quick: bool, workers: int) -> dict[str, float]:
-    """The scores of a student by ability; NaN where none was measured."""
-    card = take(spec, store, names, quick, key, workers)
-    return {each.name: np.nan if each.score is None else each.score for each in card.lines}
+ROWS = [(who, name) for who, names in ABLE.items() for name in names]
+"""A student and the ability that it lacks."""
 
 
-def measure(store: Path, key: str, quick: bool, workers: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The scores, and those of each defect's own ability by strength.
+class Measured(NamedTuple):
+    """Scores by row of `ROWS`; NaN where none was measured."""
 
-    Returns:
-        Scores without a defect and with each at full strength, shape (1 + defects, abilities); scores by strength from
-        none on, shape (defects, 4).
+    whole: Numbers
+    """Without the defect, shape (rows, abilities)."""
+    full: Numbers
+    """With it at full strength, shape (rows, abilities)."""
+    by_strength: Numbers
+    """Of the own ability, by strength from none on, shape (rows, 4)."""
+
+    @property
+    def lost(self) -> Numbers:
+        """What each defect costs."""
+        return self.whole - self.full
+
+
+class Scores:
+    """The scores of students in the worlds of a key.
+
+    Args:
+        store: file of the episodes.
+        key: text from which the seeds are drawn.
+        worlds: number of seeds.
+        workers: parallel processes.
     """
+
+    def __init__(self, store: Path, key: str, worlds: int, workers: int) -> None:
+        self._store, self._seeds, self._workers = store, seeds_of(key)[:worlds], workers
+        self.of = cache(self._of)
+
+    def _of(self, spec: str, names: tuple[str, ...]) -> Numbers:
+        """By ability."""
+        asked, spec = {name: all_experiments()[name] for name in names}, student_spec(spec)
+        studies = studies_of([spec], asked, self._seeds)
+        for study in studies:
+            run(study, self._store, self._workers).close()
+        keys = {each.key for study in studies for each in study.episodes()}
+        with load(self._store) as results:
+            rows = [row for row in results.rows() if row["key"] in keys]
+        return np.array([scored(each, spec, rows, self._seeds).value for each in asked.values()])
+
+
+def with_defects(who: str, *defects: str, strength: int = -1) -> str:
+    """The spec of a student with defects."""
+    return " | ".join((who, *(DEFECTS[name][0].format(DEFECTS[name][1][strength]) for name in defects)))
+
+
+def measure(scores: Scores) -> Measured:
+    """The scores without and with each defect."""
     names = tuple(all_experiments())
-    specs = {
-        name: [f"{WHOLE} | {trait.format(each)}" for each in strengths] for name, (trait, strengths) in DEFECTS.items()
-    }
-    rows = [
-        scores_of(each, names, store, key, quick, workers) for each in (WHOLE, *(specs[name][-1] for name in names))
-    ]
-    by_strength = [
-        [
-            rows[0][name],
-            *(scores_of(each, (name,), store, key, quick, workers)[name] for each in specs[name][:-1]),
-            row[name],
-        ]
-        for name, row in zip(names, rows[1:], strict=True)
-    ]
-    return np.array([[row[name] for name in names] for row in rows]), np.array(by_strength)
-
-
-def faults(scores: NDArray[np.float64], by_strength: NDArray[np.float64]) -> list[str]:
-    """What is not as it should be."""
-    names = list(all_experiments())
-    found = []
-    for i, defect in enumerate(names):
-        lost = scores[0] - scores[1 + i]
-        if not lost[i] >= LEAST * scores[0, i]:
-            found.append(f"{defect}: its defect takes {lost[i]:.2f} of {scores[0, i]:.2f}")
-        if np.isnan(by_strength[i]).any() or (np.diff(by_strength[i]) > 0).any():
-            found.append(f"{defect}: the score does not fall with strength")
-        for j, other in enumerate(names):
-            if j != i and not lost[j] <= MOST and defect not in bases(other):
-                found.append(f"{other}: falls by {lost[j]:.2f} without {defect}, and does not declare it")
-    return found
+    whole, full, by_strength = [], [], []
+    for who, name in ROWS:
+        i = names.index(name)
+        whole.append(scores.of(who, names))
+        full.append(scores.of(with_defects(who, name), names))
+        weaker = [scores.of(with_defects(who, name, strength=each), (name,))[0] for each in (0, 1)]
+        by_strength.append([whole[-1][i], *weaker, full[-1][i]])
+    return Measured(np.array(whole), np.array(full), np.array(by_strength))
 
 
 def bases(name: str) -> set[str]:
@@ -88,32 +122,67 @@ def bases(name: str) -> set[str]:
     return direct.union(*map(bases, direct))
 
 
-def table(scores: NDArray[np.float64], by_strength: NDArray[np.float64]) -> str:
-    """In Markdown the score without a defect, what each takes at full strength, and its own score by strength."""
+def wrong(lost: Numbers, whole: Numbers, defects: Sequence[str]) -> list[str]:
+    """What is not as it should be with these defects together."""
+    found, together = [], " and ".join(defects)
+    for name, less, score in zip(all_experiments(), lost, whole, strict=True):
+        if name in defects:
+            if not less >= LEAST * score:
+                found.append(f"{name}: without {together} it loses {less:.2f} of {score:.2f}")
+        elif less > MOST and not bases(name).intersection(defects):
+            found.append(f"{name}: without {together} it loses {less:.2f}, and does not declare it")
+    return found
+
+
+def faults(run_: Measured) -> list[str]:
+    """What is not as it should be with one defect."""
+    found = []
+    for (who, defect), lost, whole, own in zip(ROWS, run_.lost, run_.whole, run_.by_strength, strict=True):
+        found += [f"{who}: {each}" for each in wrong(lost, whole, [defect])]
+        if np.isnan(own).any() or (np.diff(own) > 0).any():
+            found.append(f"{who}: {defect}: the score does not fall with strength")
+    return found
+
+
+def pairs(scores: Scores, who: str) -> tuple[int, list[str]]:
+    """The number of pairs of a student's abilities, and what is not as it should be without both.
+
+    Pairs are left out that a student before in `ABLE` has.
+    """
+    names = tuple(all_experiments())
+    found, tried = [], 0
+    for pair in combinations(names, 2):
+        if next((each for each, abilities in ABLE.items() if set(pair) <= set(abilities)), None) == who:
+            whole, without = scores.of(who, names), scores.of(with_defects(who, *pair), names)
+            found += wrong(whole - without, whole, pair)
+            tried += 1
+    return tried, found
+
+
+def table(run_: Measured) -> str:
+    """In Markdown what each defect takes at full strength, and its own score by strength."""
     names = list(all_experiments())
-    lines = [["without", *names, "own score by strength"], ["---"] * (len(names) + 2)]
-    lines.append(["none (score)", *(f"{each:.2f}" for each in scores[0]), ""])
-    for i, name in enumerate(names):
-        lost = [f"{each:.2f}" for each in scores[0] - scores[1 + i]]
-        lost[i] = f"**{lost[i]}**"
-        lines.append([name, *lost, ", ".join(f"{each:.2f}" for each in by_strength[i])])
+    lines = [["student", "without", *names, "own score by strength"], ["---"] * (len(names) + 3)]
+    for (who, name), row, own in zip(ROWS, run_.lost, run_.by_strength, strict=True):
+        lost = [f"**{each:.2f}**" if name == other else f"{each:.2f}" for other, each in zip(names, row, strict=True)]
+        lines.append([who.partition("(")[0], name, *lost, ", ".join(f"{each:.2f}" for each in own)])
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
-def plot(scores: NDArray[np.float64]) -> Figure:
+def plot(run_: Measured) -> Figure:
     """The matrix of scores lost; a cell in a frame is declared."""
     names = list(all_experiments())
-    lost = scores[0] - scores[1:]
-    figure = Figure(figsize=(7.6, 6.4), layout="constrained")
+    figure = Figure(figsize=(8.8, 8.2), layout="constrained")
     axes = figure.subplots()
-    image = axes.imshow(lost, cmap="RdBu_r", vmin=-1.2, vmax=1.2)
-    for (i, j), value in np.ndenumerate(lost):
-        axes.text(j, i, f"{value:.2f}", ha="center", va="center", color="white" if abs(value) > 0.8 else "black")
-        if i == j or names[i] in bases(names[j]):
-            axes.add_patch(_frame(j, i, 2.0 if i == j else 0.8))
+    image = axes.imshow(run_.lost, cmap="RdBu_r", vmin=-1.2, vmax=1.2)
+    for (i, j), value in np.ndenumerate(run_.lost):
+        text = "" if np.isnan(value) else f"{value:.2f}"
+        axes.text(j, i, text, ha="center", va="center", color="white" if abs(value) > 0.8 else "black")
+        if ROWS[i][1] == names[j] or ROWS[i][1] in bases(names[j]):
+            axes.add_patch(_frame(j, i, 2.0 if ROWS[i][1] == names[j] else 0.8))
     axes.set_xticks(range(len(names)), names, rotation=45, ha="right")
-    axes.set_yticks(range(len(names)), names)
-    axes.set(xlabel="experiment", ylabel="ability that the defect takes away")
+    axes.set_yticks(range(len(ROWS)), [f"{who.partition('(')[0]} without {name}" for who, name in ROWS])
+    axes.set(xlabel="experiment")
     figure.colorbar(image, label="score lost", shrink=0.8)
     return figure
 
@@ -123,24 +192,25 @@ def _frame(x: int, y: int, width: float) -> Rectangle:
 
 
 def main() -> None:
-    """Measure, and print the matrix, its faults, and how alike both runs are."""
+    """Measure, and print the matrix and what is wrong with it."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--store", type=Path, default=Path("check-suite.db"))
-    parser.add_argument("--keys", nargs="+", default=["one", "two"], help="texts from which seeds are drawn")
-    parser.add_argument("--quick", action="store_true", help="fewer seeds")
+    parser.add_argument("--keys", nargs="+", default=["one"], help="texts from which seeds are drawn")
+    parser.add_argument("--worlds", type=int, default=SEEDS, help="number of seeds")
+    parser.add_argument("--pairs", type=int, default=0, help="number of seeds for pairs of defects; 0: none")
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--plot", type=Path)
     args = parser.parse_args()
-    runs = [measure(args.store, key, args.quick, args.workers) for key in args.keys]
-    print(f"\n{table(*runs[0])}\n")
-    for key, run in zip(args.keys, runs, strict=True):
-        print(f"Faults with {key}:", "; ".join(faults(*run)) or "none")
-    for key, (scores, _) in list(zip(args.keys, runs, strict=True))[1:]:
-        both = np.isfinite(scores) & np.isfinite(runs[0][0])
-        alike = spearmanr(scores[both], runs[0][0][both]).statistic
-        print(f"Rank correlation of all scores with {args.keys[0]} and {key}: {alike:.3f}")
-    if args.plot is not None:
-        plot(runs[0][0]).savefig(args.plot, dpi=110)
+    for key in args.keys:
+        measured = measure(Scores(args.store, key, args.worlds, args.workers))
+        print(f"\n{table(measured)}\n\nFaults with {key}:", "; ".join(faults(measured)) or "none", flush=True)
+        if args.plot is not None and key == args.keys[0]:
+            plot(measured).savefig(args.plot, dpi=110)
+    if args.pairs:
+        scores = Scores(args.store, args.keys[0], args.pairs, args.workers)
+        for who in ABLE:
+            number, found = pairs(scores, who)
+            print(f"Faults with {number} pairs of {who}:", "\n- ".join(["", *found]) if found else "none", flush=True)
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ from typing import Any
 from llf_teacher.students.scene import Scene
 from llf_teacher.students.trait import Trait
 from pz_envs.family import all_families
-from teachers.atoms import FN, FP, Atom, Claim, action_of
+from teachers.atoms import FN, FP, Atom, Claim, PlanClaim, Scope, action_of
 from teachers.phrasebook import Phrasebook
 from teachers.spec import Share
 
@@ -41,7 +41,17 @@ class MissesHints(Defect):
 
     def lacks(self, atom: Atom, scene: Scene) -> bool:
         """Whether it is a hint."""
-        return atom.kind in (FP, FN) and not atom.claim.placebo and action_of(atom.claim) is None
+        names = action_of(atom.claim) is not None or isinstance(atom.claim, PlanClaim)
+        lasts = atom.claim.scope is Scope.FAMILY
+        return atom.kind in (FP, FN) and not (atom.claim.placebo or names or lasts)
+
+
+class MissesRules(Defect):
+    """Does not hear rules of a town."""
+
+    def lacks(self, atom: Atom, scene: Scene) -> bool:
+        """Whether it is one."""
+        return atom.claim.scope is Scope.FAMILY
 
 
 class MissesTone(Defect):
@@ -66,6 +76,19 @@ class ForgetsInSilence(Defect):
     def forgets(self, scene: Scene) -> bool:
         """Whether it does."""
         return scene.memory.get("said", -1) < scene.turn - 1 and scene.happens(self.p)
+
+
+class ForgetsOvernight(Defect):
+    """Forgets all earlier episodes in the second turn of one in which no feedback has been given."""
+
+    def hear(self, atom: Atom, scene: Scene) -> Claim[Any] | None:
+        """The claim; that feedback was given is kept."""
+        scene.memory["taught"] = scene.memory.get("taught", False) or atom.kind is not None
+        return atom.claim
+
+    def forgets(self, scene: Scene) -> bool:
+        """Whether it does."""
+        return scene.turn == 1 and not scene.memory.get("taught") and scene.happens(self.p)
 
 
 class Distracted(Defect):

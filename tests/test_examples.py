@@ -156,8 +156,27 @@ def test_a_model_learns_what_the_teachers_words_mean(tmp_path):
 @pytest.mark.full
 def test_check_suite(tmp_path):
     """Each known defect takes its ability away, and no other that does not rest on it."""
-    out = printed(
-        "check_suite", "--quick", "--keys", "test", "--store", tmp_path / "it.db", "--plot", tmp_path / "it.png"
-    )
+    out = printed("check_suite", "--keys", "test", "--store", tmp_path / "it.db", "--plot", tmp_path / "it.png")
     assert "Faults with test: none" in out
     assert (tmp_path / "it.png").stat().st_size > 10_000
+
+
+@pytest.mark.full
+def test_suite_gallery(tmp_path):
+    """Other worlds order students alike."""
+    students = ("random", "obedient", "text_only", "bayesian", "obedient | mishears(p=0.3)", "obedient(forget=False)")
+    files = ("--store", tmp_path / "it.db", "--plot", tmp_path / "it.png", "--cards", tmp_path / "cards")
+    out = printed("suite_gallery", "--keys", "one", "two", "--only", *students, *files)
+    (found,) = re.findall(r"Rank correlation of 'one' and 'two', all scores: ([\d.]+)", out)
+    assert float(found) > 0.9
+    assert len(list((tmp_path / "cards").glob("*.json"))) == len(students)
+    assert (tmp_path / "it.png").stat().st_size > 10_000
+
+
+@pytest.mark.full
+def test_suite_endpoint(tmp_path):
+    out = printed("suite_endpoint", "--card", tmp_path / "card.html")
+    assert "at most 64 episodes, 384 turns" in out
+    assert "The student takes advice" in out
+    assert re.search(r"37\d answers, \d+ tokens in, \d+ out, 0\.1\d+ USD", out)
+    assert (tmp_path / "card.html").stat().st_size > 10_000

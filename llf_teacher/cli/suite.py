@@ -52,6 +52,9 @@ def suite(
     workers: Annotated[
         int | None, typer.Option(min=1, help="Parallel processes; by default one for each core.")
     ] = None,
+    turn_seconds: Annotated[
+        float | None, typer.Option(min=0.001, help="Seconds of a turn, after which an agent that hangs has failed.")
+    ] = None,
 ) -> None:
     """Take the suite: score what a student does with feedback, one ability an experiment.
 
@@ -66,6 +69,7 @@ def suite(
         )
     from llf_teacher.studies.definition.custom_specs import student_spec
     from llf_teacher.suite import mirror, take
+    from llf_teacher.suite.card import FINDS
     from llf_teacher.suite.estimate import estimate
 
     search_here()
@@ -83,10 +87,11 @@ def suite(
             key,
             workers,
             lambda done, total: progress.update(task, completed=done, total=total),
+            turn_seconds,
         )
-    table = Table("ability", "score", "p", title=found.student)
+    table = Table("ability", "score", "p", "finds", title=found.student, caption=FINDS)
     for each in found.lines:
-        table.add_row(each.ability, each.words, each.chance)
+        table.add_row(each.ability, each.words, each.chance, each.power)
     console.print(table)
     for sentence in found.sentences():
         console.print(f"- {sentence}")

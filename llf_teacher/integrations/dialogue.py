@@ -7,7 +7,7 @@ from llf_teacher.episodes.recorder import Recorder
 from llf_teacher.gym import make
 from llf_teacher.students.conversation import Conversation, Message
 from llf_teacher.students.student import ModelReply
-from llf_teacher.studies.definition.custom_specs import parse_teacher
+from llf_teacher.studies.definition.custom_specs import arguments_of, parse_teacher
 from pz_envs.answers import split_thought
 from teachers.atoms import KINDS
 from teachers.personality import Personality
@@ -50,7 +50,8 @@ class Dialogue:
         max_prompt_tokens: int | None = None,
         **settings: Any,
     ) -> None:
-        self.env = make(id, text=True, teacher=parse_teacher(teacher), **settings)
+        heard = arguments_of(parse_teacher(teacher), settings.get("feedback_type", "a"))  # it may have a voice
+        self.env = make(id, text=True, **settings | heard)
         self.talk = Conversation(
             self.env, history=history, max_prompt_tokens=max_prompt_tokens, rng=Seeds(seed).stream("student")
         )

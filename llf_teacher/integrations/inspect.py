@@ -1,12 +1,13 @@
 """Tasks for Inspect, one a family: `inspect eval llf_teacher/gridworld --model ... -T teacher=silent -T seeds=20`.
 
 The task `gym` is for environments of Gymnasium's registry: `inspect eval llf_teacher/gym -T ids=gym:FrozenLake-v1`.
+The task `suite` has the scores of `llf suite`: `inspect eval llf_teacher/suite --model ... -T quick=true`.
 
 A sample is an episode with the prompts of a study. Its scores are `llf_teacher.integrations.dialogue.SCORES`, such as
 success, return and regret; all turns, with their claims, are in the sample's store.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from inspect_ai import Task, task
@@ -19,13 +20,29 @@ from inspect_ai.model import (
     ModelOutput,
     get_model,
 )
-from inspect_ai.scorer import Score, Scorer, Target, ci, mean, scorer, stderr
+from inspect_ai.scorer import (
+    Metric,
+    SampleScore,
+    Score,
+    Scorer,
+    Target,
+    Value,
+    ci,
+    mean,
+    metric,
+    scorer,
+    stderr,
+)
 from inspect_ai.solver import Generate, Solver, TaskState, solver
 
 from llf_teacher.integrations.dialogue import SCORES, Dialogue
 from llf_teacher.registry import PREFIX, entry
 from llf_teacher.students.conversation import Message
 from llf_teacher.students.student import ModelReply
+from llf_teacher.studies import run
+from llf_teacher.suite import digest, studies_of
+from llf_teacher.suite.experiment import TURNS, Experiment
+from llf_teacher.suite.play import QUICK_TURNS, chosen, scored, seeds_of
 from pz_envs.family import Family, all_families
 from pz_envs.registered import Registered
 from pz_envs.settings import Settings
@@ -38,6 +55,7 @@ _CHAT: dict[str, Callable[..., ChatMessage]] = {
     "user": ChatMessageUser,
     "assistant": ChatMessageAssistant,
 }
+_MODEL = "model"  # the student's name in the rows of the task `suite`
 _FINISH = {"max_tokens": "length", "model_length": "length"}  # the names of records
 
 
@@ -46,11 +64,11 @@ def student(**settings: Any) -> Solver:
     """The model as the student in an episode.
 
     Args:
-        settings: of `Dialogue`, but for `id` and `seed`, which the sample's metadata have.
+        settings: of `Dialogue`, but for those that the sample's metadata have: `id` and `seed` at least.
     """
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
-        dialogue = Dialogue(state.metadata["id"], state.metadata["seed"], **settings)
+        dialogue = Dialogue(**settings | state.metadata)
         model = get_model()
         state.messages = _chat(dialogue.messages)
         try:
@@ -157,3 +175,71 @@ def _task_of(family: Family | type[Registered]) -> Callable[..., Task]:
 
 TASKS = {family.name: _task_of(family) for family in all_families()} | {"gym": _task_of(Registered)}
 """A task for each family, by its name, and `gym`."""
+
+
+@task
+def suite(
+    quick: bool = False,
+    key: str = "",
+    only: str | list[str] = "",
+    store: str = "llf-suite.db",
+    history: int = 20,
+    max_prompt_tokens: int | None = None,
+) -> Task:
+    """What the model can do with feedback: the scores of `llf suite`, by experiment; NaN where none was measured.
+
+    Experiments in which a student has to remember earlier episodes are left out.
+
+    Args:
+        quick, key: as of `llf suite`.
+        only: names of experiments.
+        store: file in which the references' episodes are kept; they are played before the task begins.
+        history, max_prompt_tokens: limits of the conversation that is sent; see `llf_teacher.Conversation`.
+    """
+    names = [only] if isinstance(only, str) and only else list(only)
+    experiments = {name: each for name, each in chosen(names, quick).items() if not each.lessons}
+    if not experiments:
+        raise ValueError(f"only must have an experiment without earlier lessons, got {', '.join(names)}")
+    seeds, turns = seeds_of(key, quick), QUICK_TURNS if quick else TURNS
+    (study,) = studies_of([], experiments, seeds, turns)
+    with run(study, store, 1) as results:
+        rows = [row for row in results.rows() if row["key"] in {each.key for each in study.episodes()}]
+    samples = [
+        Sample(
+            input=f"{id}, {teacher}, seed {seed}",
+            id=f"{id}:{teacher}:{seed}",
+            metadata={"id": id, "teacher": teacher, "seed": seed, "options": dict(study.options.get(id, {}))},
+        )
+        for id in study.ids
+        for teacher in study.grid(id).teachers
+        for seed in seeds
+    ]
+    solver = student(max_turns=turns, history=history, max_prompt_tokens=max_prompt_tokens)
+    return Task(dataset=samples, solver=solver, scorer=_regret(experiments, rows), metadata={"digest": digest()})
+
+
+def _regret(experiments: Mapping[str, Experiment], rows: Sequence[Mapping[str, Any]]) -> Scorer:
+    """The regret of each episode, and the suite's scores over all; `rows` are the episodes of the references."""
+
+    @metric
+    def abilities() -> Metric:
+        def compute(scores: list[SampleScore]) -> Value:
+            own = [dict(each.score.metadata or {}) for each in scores]
+            seeds = sorted({row["seed"] for row in own})
+            return {name: scored(each, _MODEL, [*rows, *own], seeds).value for name, each in experiments.items()}
+
+        return compute
+
+    @scorer(metrics=[abilities()])
+    def regret() -> Scorer:
+        async def score(state: TaskState, target: Target) -> Score:
+            stored = state.store.get(STORED)
+            row = {name: state.metadata[name] for name in ("id", "teacher", "seed")}
+            row |= {"student": _MODEL, "lessons": 0, "worlds": "", "turns": int(stored["scores"]["turns"])}
+            row |= {"regrets": [turn["regret"] for turn in stored["turns"][1:]]}
+            row |= {"parse_failures": int(stored["scores"]["parse_failures"])}
+            return Score(value=stored["scores"]["regret"], metadata=row)
+
+        return score
+
+    return regret()

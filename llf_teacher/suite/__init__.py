@@ -2,6 +2,6 @@
 
 from llf_teacher.suite.card import Card, check
 from llf_teacher.suite.experiment import Experiment, all_experiments
-from llf_teacher.suite.play import VERSION, digest, study_of, take
+from llf_teacher.suite.play import VERSION, digest, studies_of, take
 
-__all__ = ["VERSION", "Card", "Experiment", "all_experiments", "check", "digest", "study_of", "take"]
+__all__ = ["VERSION", "Card", "Experiment", "all_experiments", "check", "digest", "studies_of", "take"]

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import llf_teacher
+from llf_teacher.studies.analysis.power import least_effect
 from llf_teacher.studies.analysis.statistics import holm
 from llf_teacher.suite.experiment import all_experiments
 from llf_teacher.suite.score import Score
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
 
 FORMATS = (".json", ".md", ".svg", ".html")
 """The suffixes of files that a card can be written to."""
+FINDS = "finds: the least contrast, in the unit of the scores, that the test finds with a power of 0.8."
+"""What a card says of its column of that name."""
 _ALPHA, _HALF, _TINY = 0.05, 0.5, 0.001
 
 
@@ -48,6 +51,15 @@ class AbilityLine:
     """What was not measured, and why."""
     alike: bool | None
     """Where both lessons should be alike: whether they are; None elsewhere."""
+    finds: float | None = None
+    """The least contrast, in the unit of the score, that the test finds with a power of 0.8, by this student's spread,
+    at the level of Holm's first step; None if it finds none.
+    """
+
+    @property
+    def power(self) -> str:
+        """What the test finds, as text; empty without a score."""
+        return "" if self.score is None else "none" if self.finds is None else f"{self.finds:.2f}"
 
     @property
     def chance(self) -> str:
@@ -121,7 +133,10 @@ class Card:
             student=student,
             quick=quick,
             key=key,
-            lines=tuple(_line(name, cls.ability_of(name), each, adjusted.get(name)) for name, each in scores.items()),
+            lines=tuple(
+                _line(name, cls.ability_of(name), each, adjusted.get(name), len(measured))
+                for name, each in scores.items()
+            ),
             cost={"episodes": float(len(played)), **cost},
             failures=failures,
             error=error,
@@ -176,18 +191,19 @@ class Card:
 
     def as_markdown(self) -> str:
         """The card as a table, with its sentences and settings."""
-        heads = ("ability", "score", "p", "by environment")
+        heads = ("ability", "score", "p", "finds", "by environment")
         rows = [
             (
                 f"{each.name}: {each.ability}",
                 each.words.replace("|", "with"),
                 each.chance,
+                each.power,
                 ", ".join(f"{place} {value:.2f}" for place, value in each.places.items()),
             )
             for each in self.lines
         ]
         table = [f"| {' | '.join(row)} |" for row in (heads, ("---",) * len(heads), *rows)]
-        return "\n".join([f"# `{self.student}`", "", *self.sentences(), "", *table, "", self.settings(), ""])
+        return "\n".join([f"# `{self.student}`", "", *self.sentences(), "", *table, "", FINDS, "", self.settings(), ""])
 
     def settings(self) -> str:
         """What decides the scores, and what they cost, in a sentence."""
@@ -245,7 +261,7 @@ class Card:
         return (
             pages("llf_teacher.suite")
             .get_template("card.html.j2")
-            .render(card=self, style=style(), picture=self.as_svg()[self.as_svg().index("<svg") :])
+            .render(card=self, finds=FINDS, style=style(), picture=self.as_svg()[self.as_svg().index("<svg") :])
         )
 
     def write(self, path: Path) -> None:
@@ -280,8 +296,9 @@ def check(path: Path | str, digest: str) -> Card:
     return card
 
 
-def _line(name: str, ability: str, score: Score, p: float | None) -> AbilityLine:
+def _line(name: str, ability: str, score: Score, p: float | None, tests: int) -> AbilityLine:
     there = score.measured
+    finds = least_effect(score.seeds, score.spread, _ALPHA / tests) if there else math.inf
     return AbilityLine(
         name=name,
         ability=ability,
@@ -293,6 +310,7 @@ def _line(name: str, ability: str, score: Score, p: float | None) -> AbilityLine
         places=dict(score.places),
         why=score.why,
         alike=score.alike,
+        finds=finds if math.isfinite(finds) else None,
     )
 
 
@@ -300,7 +318,10 @@ def _for_certain(each: AbilityLine) -> bool:
     """Whether an ability is there: what it saves is significant, or both lessons are alike."""
     if each.alike is not None:
         return each.alike
-    return (each.low or 0) > 0 and each.p is not None and each.p < _ALPHA
+    if each.low is None and all_experiments()[each.name].offset:  # p is not that of the ability
+        return False
+    above = each.low if each.low is not None else each.score
+    return (above or 0) > 0 and each.p is not None and each.p < _ALPHA
 
 
 def _checksum(values: Mapping[str, Any]) -> str:

@@ -41,9 +41,12 @@ def compare(first: Path | str, second: Path | str, digest: str) -> list[CardDiff
     independent. In the same worlds scores mostly vary together, and then a difference is more certain than is said.
 
     Raises:
-        CardError: a file is no card of this suite, or the cards have no ability in common.
+        CardError: a file is no card of this suite, only one is quick, or they have no ability in common.
     """
     cards = check(first, digest), check(second, digest)
+    if cards[0].quick != cards[1].quick:
+        quick, full = (first, second) if cards[0].quick else (second, first)
+        raise CardError(f"{quick} is of the quick suite, {full} is not: their scores cannot be compared")
     by_name = [{each.name: each for each in card.lines} for card in cards]
     pairs = [(one, by_name[1][name]) for name, one in by_name[0].items() if name in by_name[1]]
     if not pairs:

@@ -14,7 +14,7 @@ from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.trait import traits_of
 from llf_teacher.studies.definition.custom_specs import arguments_of, parse_teacher
 from llf_teacher.suite.experiment import TURNS
-from llf_teacher.suite.play import chosen, seeds_of, study_of
+from llf_teacher.suite.play import QUICK_TURNS, chosen, seeds_of, studies_of
 
 BYTES = 4
 """Bytes of a token of English, about."""
@@ -48,15 +48,21 @@ def estimate(student: str, names: Sequence[str] = (), quick: bool = False, key: 
 
     Of a model, one lesson of each teacher in each environment is played by chance, and the prompts are measured.
     """
-    seeds = seeds_of(key, quick)
-    study = study_of([], chosen(names, quick), seeds)
-    lessons = [(id, teacher) for id in study.ids for teacher in study.teachers]
+    whole, seeds, longest = parse_student(student), seeds_of(key, quick), QUICK_TURNS if quick else TURNS
+    bare, _ = traits_of(whole)
+    lessons = [
+        (id, teacher, dict(study.options.get(id, {})))
+        for study in studies_of([student], chosen(names, quick), seeds, longest)
+        if whole.remembers or not study.transfer
+        for id in study.ids
+        for teacher in (study.tests(id).teachers or study.grid(id).teachers)
+        for _ in range(1 + sum(study.transfer.get("lessons", ())))
+    ]  # a test has about the turns of a lesson
     episodes = len(lessons) * len(seeds)
-    turns = episodes * TURNS
-    bare, _ = traits_of(parse_student(student))
+    turns = episodes * longest
     if not isinstance(bare, LLM):
         return CostEstimate(episodes=episodes, turns=turns, input_tokens=None, output_tokens=None, usd=None)
-    read = [_bytes(id, teacher, seeds[0], study.options.get(id, {}), bare) for id, teacher in lessons]
+    read = [_bytes(*lesson, longest, seeds[0], bare) for lesson in lessons]
     tokens = len(seeds) * sum(read) // BYTES
     out = None if bare.max_tokens is None else turns * bare.max_tokens
     prices = bare.settings.prices
@@ -64,9 +70,9 @@ def estimate(student: str, names: Sequence[str] = (), quick: bool = False, key: 
     return CostEstimate(episodes=episodes, turns=turns, input_tokens=tokens, output_tokens=out, usd=usd)
 
 
-def _bytes(id: str, teacher: str, seed: int, options: Any, student: LLM) -> int:
-    """The bytes of all prompts of a lesson of `TURNS` turns."""
-    env = make(id, **arguments_of(parse_teacher(teacher), "a"), text=True, max_turns=TURNS, **options)
+def _bytes(id: str, teacher: str, options: Any, turns: int, seed: int, student: LLM) -> int:
+    """The bytes of all prompts of a lesson."""
+    env = make(id, **arguments_of(parse_teacher(teacher), "a"), text=True, max_turns=turns, **options)
     talk = Conversation(
         env,
         history=student.history,
@@ -77,7 +83,7 @@ def _bytes(id: str, teacher: str, seed: int, options: Any, student: LLM) -> int:
     rng, world = np.random.default_rng(seed), env.session.world.scratch()
     observation, _ = env.reset(seed=seed)
     total = 0
-    for _ in range(TURNS):
+    for _ in range(turns):
         total += sum(len(text_of(message).encode()) for message in talk.ask(observation))
         observation, _, terminated, truncated, _ = env.step(talk.answer(written(world, rng)))
         if terminated or truncated:

@@ -44,7 +44,11 @@ class Experiment:
     rests_on: Sequence[str] = ()
     """Names of experiments without whose ability this one cannot be had."""
     options: Mapping[str, Mapping[str, Any]] = field(default_factory=lambda: MappingProxyType({}))
-    """Options of the environments' worlds, by id; an id has the same in all experiments."""
+    """Options of the environments' worlds, by id; an id has the same in all experiments without `lessons`."""
+    lessons: int = 0
+    """Number of earlier episodes with the teachers; what is measured is then a test after them without a teacher."""
+    worlds: str = "same"
+    """Worlds of these: `same` as that of the test, or those that come `next`."""
 
     @property
     def teachers(self) -> tuple[str, ...]:
@@ -73,6 +77,8 @@ ORDER = (
     "late",
     "hints",
     "silence",
+    "recall",
+    "rules",
     "voice",
     "truisms",
     "turncoat",

@@ -7,3 +7,7 @@ from typing import Any
 ARMS, HOUSE = "llf-bandits-BanditTenArmedRandomFixed-v0", "llf-gridworld-v0"
 OPTIONS: Mapping[str, Mapping[str, Any]] = MappingProxyType({HOUSE: MappingProxyType({"map": True})})
 """By id: in a house the plan is in the instruction, so that what was good or bad tells where the treasure can be."""
+TOWN: Mapping[str, Mapping[str, Any]] = MappingProxyType(
+    {ARMS: MappingProxyType({"town": 1}), HOUSE: MappingProxyType({"map": True, "town": 1})}
+)
+"""The same in a town, whose worlds have a law in common."""

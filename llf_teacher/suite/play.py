@@ -3,25 +3,37 @@
 import hashlib
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from llf_teacher.studies import run
+from llf_teacher.registry import entry
+from llf_teacher.students.parsing import parse_student
+from llf_teacher.studies import load, run
 from llf_teacher.studies.definition.custom_specs import student_spec
+from llf_teacher.studies.definition.design import TESTER
 from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.limits import Limits
+from llf_teacher.studies.execution.runner import RunOptions
 from llf_teacher.suite.card import Card
 from llf_teacher.suite.experiment import TURNS, Experiment, all_experiments
+from llf_teacher.suite.places import ARMS, HOUSE
 from llf_teacher.suite.score import LEVELS, Arms, Score, score
 from teachers.spec import unknown
 
 VERSION = "suite-v1"
 """Worlds, seeds, teachers, references and thresholds of this name never change; `digest` is that of all of them."""
 SEEDS, QUICK_SEEDS = 20, 8
-QUICK = ("advice", "blame", "silence", "turncoat")
-"""The experiments of `quick`."""
+QUICK_TURNS = 6
+QUICK: Mapping[str, str] = MappingProxyType({"advice": HOUSE, "hints": ARMS, "silence": ARMS, "turncoat": ARMS})
+"""The experiments of `quick`, each in the environment in which the reference's contrast exceeds its noise most in so
+few turns, by 5 to 12 standard errors; that of praise, blame and what is late by 2.
+"""
 FIRST_SEED = 500_000
 """First seed of the suite without a key."""
 
@@ -29,7 +41,7 @@ FIRST_SEED = 500_000
 def digest() -> str:
     """A digest of all that decides a score."""
     decides = {name: each.as_dict() for name, each in all_experiments().items()}
-    values = [VERSION, decides, SEEDS, QUICK_SEEDS, QUICK, FIRST_SEED, TURNS, LEVELS]
+    values = [VERSION, decides, SEEDS, QUICK_SEEDS, QUICK_TURNS, dict(QUICK), FIRST_SEED, TURNS, LEVELS]
     return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()[:16]
 
 
@@ -42,7 +54,7 @@ def seeds_of(key: str = "", quick: bool = False) -> tuple[int, ...]:
 
 
 def chosen(names: Sequence[str] = (), quick: bool = False) -> dict[str, Experiment]:
-    """The experiments of these names; without names all, or those of `quick`.
+    """The experiments of these names; without names all, or those of `quick`, each in one environment.
 
     Raises:
         ValueError: an unknown name.
@@ -51,23 +63,55 @@ def chosen(names: Sequence[str] = (), quick: bool = False) -> dict[str, Experime
     for name in names:
         if name not in there:
             raise ValueError(unknown("experiment", name, there))
-    return {name: there[name] for name in there if name in (names or (QUICK if quick else there))}
+    if quick and not names:
+        return {name: replace(there[name], ids=(id,)) for name, id in QUICK.items()}
+    return {name: there[name] for name in there if name in (names or there)}
 
 
-def study_of(
-    students: Sequence[Any], experiments: Mapping[str, Experiment] | None = None, seeds: Sequence[int] = seeds_of()
-) -> Study:
-    """The study whose episodes the scores of these students need; those of the references come first."""
+def studies_of(
+    students: Sequence[Any],
+    experiments: Mapping[str, Experiment] | None = None,
+    seeds: Sequence[int] = seeds_of(),
+    turns: int = TURNS,
+) -> list[Study]:
+    """The studies whose episodes the scores of these students need; those of the references come first.
+
+    Experiments without `lessons` share one; students that forget between episodes are left out of the others. Families
+    that are not installed are left out.
+    """
     asked = list((experiments or all_experiments()).values())
-    ids = tuple(dict.fromkeys(id for each in asked for id in each.ids))
+    groups = [[each for each in asked if not each.lessons], *([each] for each in asked if each.lessons)]
+    found = (_study_of([student_spec(each) for each in students], group, seeds, turns) for group in groups)
+    return [study for study in found if study]
+
+
+def _study_of(students: Sequence[str], asked: Sequence[Experiment], seeds: Sequence[int], turns: int) -> Study | None:
+    """The study of experiments that have the same lessons; None if nothing can be played."""
+    ids = tuple(dict.fromkeys(id for each in asked for id in each.ids if not entry(id).family.missing()))
+    teachers = tuple(dict.fromkeys(teacher for each in asked for teacher in each.teachers))
     references = tuple(dict.fromkeys(each.reference for each in asked))
+    if not ids:
+        return None
+    common: dict[str, Any] = {
+        "ids": ids,
+        "seeds": seeds,
+        "max_turns": turns,
+        "options": {id: dict(options) for each in asked for id, options in each.options.items() if id in ids},
+    }
+    if not asked[0].lessons:
+        fewer = {id: {"teachers": [one for each in asked if id in each.ids for one in each.teachers]} for id in ids}
+        return Study(teachers=teachers, students=tuple(dict.fromkeys((*references, *students))), fewer=fewer, **common)
+    able = (each for each in students if parse_student(each).remembers)
     return Study(
-        ids=ids,
-        teachers=tuple(dict.fromkeys(teacher for each in asked for teacher in each.teachers)),
-        students=tuple(dict.fromkeys((*references, *map(student_spec, students)))),
-        seeds=seeds,
-        max_turns=TURNS,
-        options={id: dict(options) for each in asked for id, options in each.options.items() if id in ids},
+        teachers=(TESTER,),  # a study has lessons beside its tests
+        students=references,
+        transfer={
+            "lessons": [asked[0].lessons],
+            "students": list(dict.fromkeys((*references, *able))),
+            "teachers": list(teachers),
+            "worlds": [asked[0].worlds],
+        },
+        **common,
     )
 
 
@@ -79,35 +123,50 @@ def take(
     key: str = "",
     workers: int | None = None,
     progress: Callable[[int, int], None] | None = None,
+    turn_seconds: float | None = None,
 ) -> Card:
     """Play what the store lacks of the suite, and give the card of a student.
 
     Args:
         student: a spec, a `Student`, or the factory of an agent.
-        store: the file of the episodes; an interrupted suite is resumed from it.
+        store: the file of the episodes; an interrupted suite is resumed from it, and episodes that failed are played
+            again.
         names: of experiments; without them all, or those of `quick`.
-        quick: fewer experiments and seeds, for agents whose answers cost money or time.
+        quick: fewer experiments, seeds and turns, for agents whose answers cost money or time.
         key: a text of your choice, for worlds that nobody could tune an agent to.
         workers: as in `llf_teacher.studies.run`.
         progress: called with the number of episodes that are done, and the total.
+        turn_seconds: time of a turn, after which the episode of an agent that hangs has failed; None: no limit.
 
     Raises:
         ValueError: the student or an experiment is unknown, or cannot play.
         StudyError: the episodes cannot go on, such as after a spending limit; those so far are stored.
     """
     spec, experiments, seeds = student_spec(student), chosen(names, quick), seeds_of(key, quick)
-    study = study_of([spec], experiments, seeds)
-    with run(study, store, workers, progress) as results:
-        rows, lost = list(results.rows()), [each for each in results.failures() if each["student"] == spec]
-    scores = {name: scored(each, spec, rows, seeds) for name, each in experiments.items()}
+    options = RunOptions(limits=Limits(turn_seconds=turn_seconds), retry_failed=True)
+    studies = studies_of([spec], experiments, seeds, QUICK_TURNS if quick else TURNS)
+    keys = [{each.key for each in study.episodes()} for study in studies]
+    before, total = 0, sum(map(len, keys))
+    for study, own in zip(studies, keys, strict=True):
+        run(study, store, workers, progress and partial(_add, progress, before, total), options).close()
+        before += len(own)
+    wanted = set[str]().union(*keys)
+    with load(store) as results:
+        rows = [row for row in results.rows() if row["key"] in wanted]
+        lost = [each for each in results.failures() if each["key"] in wanted and each["student"] == spec]
+    forgets = not parse_student(spec).remembers
+    scores = {
+        name: Score(np.nan, why="the student does not remember earlier episodes")
+        if each.lessons and forgets
+        else scored(each, spec, rows, seeds)
+        for name, each in experiments.items()
+    }
     return Card.of(
         spec,
         scores,
         suite=VERSION,
         digest=digest(),
-        rows=[
-            row for row in rows if row["student"] == spec and row["seed"] in seeds and row["teacher"] in study.teachers
-        ],
+        rows=[row for row in rows if row["student"] == spec],
         failures=len(lost),
         error=f"{lost[0]['error']}" if lost else "",
         key=key,
@@ -115,10 +174,16 @@ def take(
     )
 
 
+def _add(progress: Callable[[int, int], None], before: int, total: int, done: int, _: int) -> None:
+    progress(before + done, total)
+
+
 def scored(experiment: Experiment, student: str, rows: Iterable[Mapping[str, Any]], seeds: Sequence[int]) -> Score:
     """The score of a student in an experiment, from the rows of a store."""
     found: dict[tuple[str, str, str], dict[int, Mapping[str, Any]]] = {}
     for row in rows:
+        if (row["lessons"], row["worlds"]) != (experiment.lessons, experiment.worlds if experiment.lessons else ""):
+            continue
         found.setdefault((row["id"], row["teacher"], row["student"]), {})[row["seed"]] = row
 
     def regrets(id: str, teacher: str, who: str) -> NDArray[np.float64]:
@@ -140,6 +205,7 @@ def scored(experiment: Experiment, student: str, rows: Iterable[Mapping[str, Any
             unit_better=regrets(id, better, experiment.reference),
             unit_worse=regrets(id, worse, experiment.reference),
             unread=unread(id),
+            missing=entry(id).family.missing(),
         )
         for id in experiment.ids
     }

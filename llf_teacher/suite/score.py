@@ -29,10 +29,14 @@ class Arms(NamedTuple):
     unit_worse: Numbers
     unread: float = 0.0
     """Share of the student's answers that were no actions."""
+    missing: str = ""
+    """Why the environment's family cannot be played here; empty if it can."""
 
     def lacks(self, offset: float) -> str:
         """Why nothing can be measured here; empty if it can."""
         unit = self.unit_worse - self.unit_better
+        if self.missing:
+            return self.missing
         if np.isnan([self.better, self.worse]).any():
             return f"{int(np.isnan([self.better, self.worse]).any(axis=0).sum())} of {len(unit)} seeds were not played"
         if self.unread > UNREAD:
@@ -58,6 +62,8 @@ class Score(NamedTuple):
     p: float = np.nan
     """Of the sign-flip test over seeds that there is no contrast."""
     seeds: int = 0
+    spread: float = np.nan
+    """Standard deviation over seeds of what is tested, in the unit of the score."""
     places: Mapping[str, float] = {}
     """The score in each environment that counts."""
     why: str = ""
@@ -103,6 +109,7 @@ def score(arms: Mapping[str, Arms], offset: float = 0.0, margin: float | None = 
         high,
         paired_difference(together, np.zeros_like(together)).p,
         len(together),
+        float(together.std(ddof=1)),
         {id: float(offset + sign * ratio) for id, ratio in zip(there, ratios[:, 0], strict=True)},
         why or (linear.why if low != low else ""),  # NaN
         None if margin is None else bool(1 - margin < low and high < 1 + margin),

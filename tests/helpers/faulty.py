@@ -56,6 +56,17 @@ class Agent:
             KEPT.append(bytes(1 << 25))
 
 
+class Sleepy:
+    """A policy that hangs in few episodes."""
+
+    def reset(self, rng):
+        self._hangs = rng.random() > 0.9
+
+    def act(self, observation, info):
+        time.sleep(600 * self._hangs)
+        return 0
+
+
 class Odd:
     def __init__(self, answer):
         self.answer = answer

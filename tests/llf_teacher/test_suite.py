@@ -1,6 +1,7 @@
 """The suite: scores of known losses, cards that are whole, and students that fail."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,17 +11,20 @@ from hypothesis import strategies as st
 from scipy import stats
 from typer.testing import CliRunner
 
+from llf_teacher import chat_student
 from llf_teacher.cli import app
 from llf_teacher.registry import entry
+from llf_teacher.studies.analysis.power import least_effect
+from llf_teacher.studies.analysis.resampling import sign_flips
 from llf_teacher.suite import Card, all_experiments, check, digest, take
 from llf_teacher.suite.card import AbilityLine, CardError
 from llf_teacher.suite.comparing import _difference, compare
 from llf_teacher.suite.estimate import estimate
 from llf_teacher.suite.experiment import ORDER
-from llf_teacher.suite.play import chosen, seeds_of, study_of
+from llf_teacher.suite.play import QUICK, chosen, seeds_of, studies_of
 from llf_teacher.suite.score import Arms, score
 
-DIGEST = "250295501b97ca4f"
+DIGEST = "478051499a08b3cc"
 
 
 def arms(better, worse, unit_better=0.0, unit_worse=10.0, n=20, noise=1.0, seed=0, **more):
@@ -42,9 +46,11 @@ def test_an_experiment_is_complete(name):
     assert len({entry(id).family.name for id in each.ids}) >= 2
     assert set(each.rests_on) <= set(all_experiments()) - {name}
     assert each.offset in (0, 1)
-    study = study_of(["random"], {name: each}, [0])
-    assert set(study.teachers) == set(each.teachers)  # the specs in the store's rows
-    assert each.reference in study.students
+    (study,) = studies_of(["random"], {name: each}, [0])
+    for id in each.ids:
+        played = study.tests(id) if each.lessons else study.grid(id)
+        assert set(played.teachers) == set(each.teachers)  # the specs in the store's rows
+        assert each.reference in played.students
 
 
 def test_scores_of_known_losses():
@@ -149,6 +155,81 @@ def test_an_agent_that_raises_is_not_measured(store):
     assert "Not measured: advice" in card.sentences()[-1]
 
 
+class Flaky:
+    """An agent that fails while its class is out of order, and counts its actions."""
+
+    broken, acts, remembers = True, 0, True
+
+    def reset(self, rng):
+        pass
+
+    def act(self, observation, info):
+        type(self).acts += 1
+        if self.broken and type(self).acts > 20:
+            raise RuntimeError("no connection")
+        return 0
+
+
+def test_what_failed_is_played_again_and_nothing_else(tmp_path):
+    with pytest.warns(RuntimeWarning, match="failed"):
+        first = take(Flaky, tmp_path / "it.db", ["advice"], quick=True, workers=1)
+    assert 0 < first.cost["episodes"] < 32
+    assert first.cost["episodes"] + first.failures == 32
+    Flaky.broken, Flaky.acts = False, 0
+    second = take(Flaky, tmp_path / "it.db", ["advice"], quick=True, workers=1)
+    assert second.lines[0].score == pytest.approx(0, abs=0.2)
+    assert second.failures == 0
+    assert Flaky.acts == second.cost["turns"] - first.cost["turns"]
+
+
+def test_an_agent_that_hangs_is_not_measured(tmp_path):
+    with pytest.warns(RuntimeWarning, match="failed"):
+        card = take("faulty:Sleepy", tmp_path / "it.db", ["advice"], True, workers=1, turn_seconds=0.5)
+    assert 0 < card.failures < 6
+    assert "of 8 seeds were not played" in card.lines[0].why
+    assert "0.5" in card.error
+
+
+def test_an_agent_that_answers_nonsense_is_not_measured(tmp_path):
+    card = take(chat_student(lambda prompt: "I would rather not."), tmp_path / "it.db", ["advice"], True, workers=1)
+    assert card.failures == 0
+    assert "100% of the answers were no actions" in card.lines[0].why
+
+
+def test_a_family_that_is_not_installed_does_not_count(store, monkeypatch):
+    house = entry("llf-gridworld-v0").family
+    monkeypatch.setattr(type(house), "missing", lambda self: "no houses here" if self is house else "")
+    (line,) = take("obedient", store, ["advice"], quick=True, workers=1).lines
+    assert line.score == pytest.approx(1)
+    assert len(line.places) == 1
+    assert "llf-gridworld-v0: no houses here" in line.why
+
+
+def test_a_student_that_forgets_between_episodes_is_not_measured_there(store):
+    forgets, recalls = (take(each, store, ["recall"], True, workers=1).lines[0] for each in ("obedient", RECALLS))
+    assert "does not remember earlier episodes" in forgets.words
+    assert recalls.score == pytest.approx(1)
+
+
+RECALLS = "obedient(forget=False)"
+
+
+def test_a_card_says_what_its_tests_find(store):
+    """The test has about that power, also with few worlds, whose p-values are coarse; seven find nothing."""
+    (line,) = take("bayesian", store, ["advice"], quick=True, workers=1).lines
+    assert 0 < line.finds < 1
+    assert least_effect(7, 1.0, 0.0125) == np.inf
+    for n, alpha in ((8, 0.0125), (8, 0.05), (10, 0.0125)):
+        draws = np.random.default_rng(n).normal(least_effect(n, 1.0, alpha), 1.0, (n, 1000))
+        assert np.mean(sign_flips(draws, 9999) <= alpha) == pytest.approx(0.78, abs=0.05), n
+
+
+def test_the_quick_suite_fits_400_turns():
+    assert estimate("obedient", quick=True).turns <= 400
+    assert estimate(RECALLS).turns > estimate("obedient").turns  # tests and the lessons before them
+    assert {entry(id).family.name for id in QUICK.values()} == {"bandits", "gridworld"}
+
+
 def test_other_keys_have_other_seeds():
     assert seeds_of() == seeds_of()
     assert not set(seeds_of("one")) & set(seeds_of("two"))
@@ -166,21 +247,21 @@ def test_the_command(store, tmp_path):
     result = CliRunner().invoke(app, [*command, "--card", f"{tmp_path / 'card.md'}"])
     assert result.exit_code == 0, result.output
     assert "takes advice" in (tmp_path / "card.md").read_text()
-    assert "at most 32 episodes, 384 turns" in result.output
+    assert "at most 32 episodes, 192 turns" in result.output
 
 
 MODEL = "llm(model='m', base_url='http://127.0.0.1:9/v1', max_tokens=10{})"
 
 
 def test_an_estimate_is_of_what_would_be_played():
-    """Two teachers and two environments with 8 seeds of 12 turns; only a model with prices has a price."""
+    """Two teachers and two environments with 8 seeds of 6 turns; only a model with prices has a price."""
     plain = estimate("obedient", ["advice"], quick=True)
-    assert (plain.episodes, plain.turns, plain.input_tokens, plain.usd) == (32, 384, None, None)
+    assert (plain.episodes, plain.turns, plain.input_tokens, plain.usd) == (32, 192, None, None)
     model = estimate(MODEL.format(""), ["advice"], quick=True)
-    assert model.output_tokens == 384 * 10
+    assert model.output_tokens == 192 * 10
     assert model.usd is None
     priced = estimate(MODEL.format(", input_price=2.0, output_price=3.0") + " | stubborn", ["advice"], quick=True)
-    assert priced.usd == pytest.approx((model.input_tokens * 2 + 3840 * 3) / 1e6)
+    assert priced.usd == pytest.approx((model.input_tokens * 2 + 1920 * 3) / 1e6)
     shorter = estimate(MODEL.format(", history=1"), ["advice"], quick=True)
     assert 0 < shorter.input_tokens < model.input_tokens
 
@@ -229,6 +310,9 @@ def test_cards_are_compared_and_checked(store, tmp_path):
     assert "of obedient." in result.output
     take("random", store, ["turncoat"], quick=True, workers=1).write(Path(files[1]))
     with pytest.raises(CardError, match="no ability in common: advice; turncoat"):
+        compare(*files, digest())
+    replace(Card.load(files[0]), quick=False).write(Path(files[1]))
+    with pytest.raises(CardError, match=r"obedient.json is of the quick suite, .*random.json is not"):
         compare(*files, digest())
 
 

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from scipy import stats
+from scipy import optimize, stats
 
 from llf_teacher.studies.analysis.contrasts import can_differ
 from llf_teacher.studies.analysis.outcomes import Numbers, Outcomes, paired
@@ -55,6 +55,32 @@ def power(seeds: int, effect: float, spread: float, alpha: float = ALPHA) -> flo
     """
     shift, bound = abs(effect) / spread * math.sqrt(seeds), stats.t.isf(alpha / 2, seeds - 1)
     return float(stats.nct.sf(bound, seeds - 1, shift) + stats.nct.cdf(-bound, seeds - 1, shift))
+
+
+def least_effect(seeds: int, spread: float, alpha: float = ALPHA, wanted: float = POWER) -> float:
+    """The least true mean difference that is found with about the wanted power; infinite if so few seeds find none.
+
+    The p-values of few sign flips are coarse: the level is the greatest one that they reach, and where only the most
+    extreme one is small enough, all differences must have one sign.
+
+    Arguments are those of `power`; without spread there is no least one, and the answer is 0.
+    """
+    ways = math.floor(alpha * 2.0 ** (seeds - 1))
+    if not ways:
+        return math.inf
+    if spread <= 0:
+        return 0.0
+    reached = ways / 2.0 ** (seeds - 1)
+
+    def lacks(effect: float) -> float:
+        found = power(seeds, effect, 1.0, reached)
+        return wanted - 1 if math.isnan(found) else wanted - found  # far out SciPy gives NaN
+
+    most = 1.0
+    while lacks(most) > 0:
+        most *= 2
+    one_sign = float(stats.norm.ppf(wanted ** (1 / seeds))) if ways == 1 else 0.0
+    return spread * max(one_sign, float(optimize.brentq(lacks, 0.0, most)))
 
 
 def seeds_needed(effect: float, spread: float, alpha: float = ALPHA, wanted: float = POWER) -> int:

@@ -1,17 +1,18 @@
 """Keeps what it was taught after the teacher falls silent.
 
-A teacher that advises before the first turn and says nothing after, beside a placebo; the regret from the third turn on
-counts. In bandits the named arm stays the best one; in a house the student has to know what the words say about the
+A teacher that shows the next optimal actions before the first turn and says nothing after, beside a placebo; the regret
+from the third turn on counts. In bandits the actions are one arm, again and again; in a house they are the way to the
 treasure. It rests on advice.
 """
 
-from llf_teacher.suite.experiment import Experiment
+from llf_teacher.suite.experiment import TURNS, Experiment
 from llf_teacher.suite.places import ARMS, HOUSE, OPTIONS
 
+_TEACHER = f"only(kinds='fp') | worked_example(n={TURNS}) | early(budget=1)"
 EXPERIMENT = Experiment(
     ability="keeps what it was taught when the teacher falls silent",
-    better="early(budget=1)",
-    worse="early(budget=1) | placebo",
+    better=_TEACHER,
+    worse=f"{_TEACHER} | placebo",
     reference="reasoner(worlds=64)",
     since=2,
     rests_on=("advice",),

@@ -19,11 +19,12 @@ from packaging.requirements import Requirement
 
 from llf_teacher import chat_student
 from llf_teacher.integrations.dialogue import SCORES
-from llf_teacher.integrations.inspect import STORED, TASKS
+from llf_teacher.integrations.inspect import STORED, TASKS, suite
 from llf_teacher.models.testing import ScriptedEndpoint
 from llf_teacher.registry import family
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.play import play
+from llf_teacher.suite import take
 from pz_envs.family import all_families
 
 
@@ -87,6 +88,21 @@ def test_scores_are_those_of_a_study(tmp_path):
     assert [sample.scores["outcome"].value["turns"] for sample in log.samples] == [each.turns for each in played]
     for name, field in SCORES.items():
         assert metrics(log)[name]["mean"] == pytest.approx(mean(getattr(each, field) for each in played)), name
+
+
+def test_the_suite_has_the_scores_of_a_card(tmp_path):
+    """Of one experiment, with another voice, and of the quick suite's."""
+
+    def answer(messages: list) -> str:
+        return obey({"messages": messages})
+
+    for only in ("advice", "voice"):
+        store = f"{tmp_path / 'suite.db'}"
+        (log,) = run(tmp_path, suite(only=only, quick=True, store=store))
+        (line,) = take(chat_student(answer), store, [only], quick=True, workers=1).lines
+        found = metrics(log)["regret"][only]
+        assert found == pytest.approx(line.score)
+        assert 0 < line.score <= 1.5
 
 
 def test_scores_have_intervals_over_seeds(tmp_path):

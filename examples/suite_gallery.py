@@ -1,0 +1,154 @@
+"""The suite's cards of all scripted students beside each other, and whether other worlds order the students alike.
+
+    python examples/suite_gallery.py --keys "" one --plot docs/suite-gallery.png
+
+Prints the scores, the rank correlations of students between the first key and each other one, and those between the two
+families of each experiment. `--cards FOLDER` writes the cards of the first key.
+"""
+
+import argparse
+import time
+import warnings
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from scipy.stats import spearmanr
+
+from llf_teacher.registry import entry
+from llf_teacher.students.parsing import STUDENTS, parse_student
+from llf_teacher.suite import Card, all_experiments, take
+
+OTHERS = {
+    "reasoner": ("reasoner(worlds=64)", "reasoner(worlds=4, forget=False)"),  # 256 worlds take long
+    "obedient": (
+        "obedient",
+        "obedient(forget=False)",
+        "obedient | forgetful(half_life=2)",
+        "obedient | mishears(p=0.3)",
+        "obedient | stubborn(p=0.3)",
+    ),
+    "text_only": ("text_only", "text_only(forget=False)"),
+    "q_learning": ("q_learning", "q_learning(trust=0.8)"),
+}
+"""By name, in place of the default."""
+LEAST = 5
+"""Students with a score, below which there is no rank correlation."""
+
+
+def students() -> list[str]:
+    """The specs of the students that can play without a model and without an extra; says which cannot."""
+    found = []
+    for name in STUDENTS.names:
+        try:
+            for spec in OTHERS.get(name, (name,)):
+                parse_student(spec).check({})
+                found.append(spec)
+        except (ValueError, TypeError, ModuleNotFoundError) as error:
+            print(f"Left out: {name}: {error}")
+    return found
+
+
+def scores(cards: Sequence[Card]) -> NDArray[np.float64]:
+    """Shape (students, abilities); NaN where none was measured."""
+    return np.array([[np.nan if each.score is None else each.score for each in card.lines] for card in cards])
+
+
+def alike(first: NDArray[np.float64], second: NDArray[np.float64]) -> str:
+    """The rank correlation of scores that are on both sides, as text."""
+    both = np.isfinite(first) & np.isfinite(second)
+    if both.sum() < LEAST or not (np.ptp(first[both]) and np.ptp(second[both])):
+        return f"none ({both.sum()} students)"
+    return f"{spearmanr(first[both], second[both]).statistic:.3f} ({both.sum()})"
+
+
+def by_family(cards: Sequence[Card], name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The students' scores in an experiment, in each of its two environments."""
+    ids = all_experiments()[name].ids
+    lines = [next(each for each in card.lines if each.name == name) for card in cards]
+    one, other = np.array([[line.places.get(id, np.nan) for line in lines] for id in ids])
+    return one, other
+
+
+def table(cards: Sequence[Card]) -> str:
+    """The scores in Markdown."""
+    names = list(all_experiments())
+    lines = [["student", *names], ["---"] * (len(names) + 1)]
+    for card in cards:
+        lines.append([f"`{card.student}`", *("" if e.score is None else f"{e.score:.2f}" for e in card.lines)])
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def plot(cards: Sequence[Card]) -> Figure:
+    """An axis for each ability, with a dot and an interval for each student."""
+    names, rows = list(all_experiments()), range(len(cards))
+    columns = 4
+    figure = Figure(figsize=(13, 1.2 + 0.21 * len(cards) * -(-len(names) // columns)), layout="constrained")
+    axes = figure.subplots(-(-len(names) // columns), columns, sharey=True)
+    for ax, name, i in zip(axes.flat, names, range(len(names)), strict=False):
+        for row, card in zip(rows, cards, strict=True):
+            line = card.lines[i]
+            if line.score is None:
+                continue
+            if line.low is not None and line.high is not None:
+                ax.plot(np.clip([line.low, line.high], -1, 2), [row, row], color="C0", linewidth=1.6)
+            if -1 <= line.score <= 2:
+                ax.plot(line.score, row, "o", color="C0", markersize=4)
+            else:
+                ax.plot(min(max(line.score, -1), 2), row, "<" if line.score < -1 else ">", color="C0", markersize=5)
+        for value, style in ((0, "-"), (1, ":")):
+            ax.axvline(value, color="0.6", linewidth=0.8, linestyle=style, zorder=0)
+        ax.set(title=name, xlim=(-1.1, 2.1), ylim=(len(cards) - 0.5, -0.5))
+        ax.set_yticks(rows, [card.student for card in cards], fontsize=8)
+        ax.grid(axis="y", linewidth=0.3)
+    figure.suptitle("0: takes no notice, 1: as the reference; no dot: not measured; triangle: beyond the axis")
+    return figure
+
+
+def main() -> None:
+    """Take the suite by each student, and print what came of it."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--store", type=Path, default=Path("suite-gallery.db"), help="file; others by key")
+    parser.add_argument("--keys", nargs="+", default=[""], help="texts from which seeds are drawn; empty: the suite's")
+    parser.add_argument("--only", nargs="+", default=[], help="specs of students; all without it")
+    parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--cards", type=Path, help="folder for the cards, as JSON and Markdown")
+    parser.add_argument("--plot", type=Path)
+    args = parser.parse_args()
+    specs = args.only or students()
+    taken: Mapping[str, list[Card]] = {key: [] for key in args.keys}
+    for key, cards in taken.items():
+        began = time.process_time(), time.perf_counter()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)  # students that cannot play a family are not measured there
+            store = args.store.with_stem(f"{args.store.stem}-{key}") if key else args.store
+            cards += [take(spec, store, key=key, workers=args.workers) for spec in specs]
+        used = time.process_time() - began[0], time.perf_counter() - began[1]
+        print(
+            f"Key {key!r}: {len(cards)} students, {used[0]:.0f} CPU seconds of this process, {used[1]:.0f} s",
+            flush=True,
+        )
+    first = taken[args.keys[0]]
+    print(f"\n{table(first)}\n")
+    for key in args.keys[1:]:
+        one, other = scores(first), scores(taken[key])
+        print(f"Rank correlation of {args.keys[0]!r} and {key!r}, all scores: {alike(one, other)}")
+        for i, name in enumerate(all_experiments()):
+            print(f"- {name}: {alike(one[:, i], other[:, i])}")
+    print("Rank correlation of both families:")
+    for name in all_experiments():
+        places = ", ".join(entry(id).family.name for id in all_experiments()[name].ids)
+        print(f"- {name} ({places}): {alike(*by_family(first, name))}")
+    if args.cards is not None:
+        args.cards.mkdir(parents=True, exist_ok=True)
+        for number, card in enumerate(first):
+            for suffix in (".json", ".md"):
+                card.write(args.cards / f"{number:02}{suffix}")
+    if args.plot is not None:
+        plot(first).savefig(args.plot, dpi=90)
+
+
+if __name__ == "__main__":
+    main()
