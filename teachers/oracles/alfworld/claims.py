@@ -529,7 +529,7 @@ class _Keeping(TownRule[Truth, Alfworld]):
     """Type of object, such as `mug`."""
     place: str
     """Type of receptacle, such as `cabinet`."""
-    place_one = slot(_article, "place")
+    place_one = slot(article, "place")
 
     def fits(self, truth: Truth) -> bool | None:
         """Look where these objects are at the start."""
