@@ -159,7 +159,10 @@ class Card:
             else "No ability differs significantly from none."
         ]
         weak = "; ".join(f"{each.ability} ({each.words})" for each in lacking[:3])
-        said.append(f"Less than half of what the reference has: {weak}." if lacking else "It has half of all or more.")
+        if lacking:
+            said.append(f"Less than half of what the reference has: {weak}.")
+        elif len(unmeasured) < len(self.lines):
+            said.append("Of what was measured it has half or more.")
         names = ", ".join(each.name for each in unmeasured)
         said.append(f"Not measured: {names}." if unmeasured else "Everything was measured.")
         return said
@@ -318,7 +321,8 @@ def _for_certain(each: AbilityLine) -> bool:
     """Whether an ability is there: what it saves is significant, or both lessons are alike."""
     if each.alike is not None:
         return each.alike
-    if each.low is None and all_experiments()[each.name].offset:  # p is not that of the ability
+    experiment = all_experiments().get(each.name)
+    if each.low is None and experiment is not None and experiment.offset:  # p is not that of the ability
         return False
     above = each.low if each.low is not None else each.score
     return (above or 0) > 0 and each.p is not None and each.p < _ALPHA
