@@ -205,7 +205,7 @@ def main() -> None:
         measured = measure(Scores(args.store, key, args.worlds, args.workers))
         print(f"\n{table(measured)}\n\nFaults with {key}:", "; ".join(faults(measured)) or "none", flush=True)
         if args.plot is not None and key == args.keys[0]:
-            plot(measured).savefig(args.plot, dpi=110)
+            plot(measured).savefig(args.plot, dpi=110, bbox_inches="tight")
     if args.pairs:
         scores = Scores(args.store, args.keys[0], args.pairs, args.workers)
         for who in ABLE:
