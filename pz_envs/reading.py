@@ -1,12 +1,25 @@
-"""Readers of what people and models say to a student."""
+"""Readers of what people and models say to a student, and the claims that their readings state."""
 
-from functools import cache
+import itertools
+import json
+import math
+import re
+import string
+from collections.abc import Container, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cache, lru_cache
+from typing import Any, NamedTuple
 
 from pz_envs.family import own_families
 from pz_envs.subject import Subject
+from teachers.atoms import HN, HP, ActionClaim, Claim, Moment, PlanClaim
 from teachers.near import load_synonyms
-from teachers.reading import LayeredReader, own_phrases
+from teachers.reading import LayeredReader, SentenceReading, own_phrases
 from teachers.schema import Vocabulary
+from teachers.templates import Template
+
+MOST_BUILT = 4096
+"""The most claims that are tried for a sentence."""
 
 
 @cache
@@ -20,13 +33,157 @@ def known_phrases() -> tuple[tuple[str, str, str], ...]:
     return tuple(found)
 
 
+@dataclass(frozen=True)
+class _Taught:
+    """A subject as the key of a cache."""
+
+    name: str
+    subject: Subject = field(hash=False)  # it may have a dictionary
+
+
 def make_reader(subject: Subject, vocabulary: Vocabulary | None = None) -> LayeredReader:
-    """The reader of a subject's sentences; it takes about a second to learn the phrases.
+    """The reader of a subject's sentences; it takes about a second to learn the phrases, once for the same claims.
 
     Args:
         subject: what is taught.
         vocabulary: its claims; None: those of its oracle.
     """
     classes = (vocabulary or subject.vocabulary()).classes
-    others = [(phrase, kind) for family, phrase, kind in known_phrases() if family != subject.name]
-    return LayeredReader(subject.phrasebook, classes, load_synonyms(subject.name), others=others)
+    return _reader(_Taught(subject.name, subject), tuple(classes.items())).anew()
+
+
+@lru_cache(maxsize=16)
+def _reader(taught: _Taught, classes: tuple[tuple[str, type[Claim[Any]]], ...]) -> LayeredReader:
+    others = [(phrase, kind) for family, phrase, kind in known_phrases() if family != taught.name]
+    return LayeredReader(taught.subject.phrasebook, dict(classes), load_synonyms(taught.name), others=others)
+
+
+class Built(NamedTuple):
+    """The claim of a reading."""
+
+    claim: Claim[Any] | None
+    """None: no claim says this, or several do."""
+    candidates: tuple[str, ...]
+    """Without a claim, what came nearest: the first claims that fit, or else names of claims."""
+
+
+def build_claim(
+    reading: SentenceReading, subject: Subject, vocabulary: Vocabulary, moment: Moment[Any] | None = None
+) -> Built:
+    """The only claim of a reading's class whose slots would hold what the sentence has there.
+
+    Candidates take the values of their fields from enumerations and from the sentence itself, never from the world's
+    truth. A number is taken as it is said: one that is rounded more than in the phrases fits no claim.
+
+    Args:
+        reading: a sentence, as `make_reader` reads it.
+        subject: what is taught.
+        vocabulary: that of the moment, which makes the claims and decides which actions there are.
+        moment: has the student's last action, for verdicts that leave it out.
+    """
+    name = next((name for name, cls in vocabulary.classes.items() if cls is reading.claim), "")
+    if not name:
+        return Built(None, reading.candidates)
+    cls, specs = vocabulary.classes[name], _specs(_Taught(subject.name, subject), vocabulary.classes[name])
+    fields = {key: form for key, form in vocabulary.schema_of(name)["properties"].items() if key != "type"}
+    values = {key: [*_values(cls, key, form, reading.slots, specs)] for key, form in fields.items()}
+    if issubclass(cls, ActionClaim) and cls.kind in (HP, HN) and cls.action_slot not in reading.slots:
+        values.pop("action", None)  # it is the student's last
+    found: list[Claim[Any]] = []
+    if math.prod(map(len, values.values())) <= MOST_BUILT:
+        for each in itertools.product(*values.values()):
+            try:
+                claim = vocabulary.claim_of({"type": name, **dict(zip(values, each, strict=True))}, moment)
+            except ValueError:
+                continue
+            if claim not in found and _says(claim, reading.slots, specs):
+                found.append(claim)
+    if len(found) == 1:
+        return Built(found[0], ())
+    return Built(None, tuple(f"{claim}" for claim in found[:3]) or (name,))
+
+
+def said_by(reading: SentenceReading, subject: Subject, claims: Iterable[Claim[Any]]) -> list[Claim[Any]]:
+    """Those of some claims that the sentence says, as far as its slots show: numbers may be rounded there."""
+    specs = _specs(_Taught(subject.name, subject), reading.claim) if reading.claim else {}
+    return [claim for claim in claims if type(claim) is reading.claim and _says(claim, reading.slots, specs)]
+
+
+def _values(
+    cls: type[Claim[Any]], name: str, form: Mapping[str, Any], slots: Mapping[str, str], known: Container[str]
+) -> Iterator[Any]:
+    """What a field may be, as JSON values: members of an enumeration, or what stands in its slot of the `known` ones.
+
+    A field that no phrase has as a slot may be in any.
+    """
+    if "enum" in form:
+        yield from form["enum"]
+        return
+    own = name
+    if name == "action" and issubclass(cls, ActionClaim):
+        own = cls.action_slot
+    elif name == "actions" and issubclass(cls, PlanClaim):
+        own = cls.plan_slot
+    texts = [slots[own]] if own in slots else [] if own in known or name == "action" else [*slots.values()]
+    for text in map(_bare, texts):
+        kind, items = form.get("type"), form.get("items", {}).get("type")
+        numbers = [_json(number) for number in _NUMBER.findall(text)]
+        if kind in _NUMBERS:
+            yield from numbers
+        elif kind == "array" and not isinstance(_json(text), list):
+            yield numbers if items in _NUMBERS else [part for part in _BETWEEN.split(text) if part]
+        elif kind != "array":
+            yield text
+            yield _ARTICLE.sub("", text)
+        if kind != "string":
+            yield _json(text)
+
+
+_NUMBERS = ("integer", "number")
+_NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?")
+_BETWEEN = re.compile(r",? (?:and|or|then) |, ?")
+_ARTICLE = re.compile(r"^(?:an?|the) ", re.IGNORECASE)
+
+
+def _bare(text: str) -> str:
+    return text.strip(' "`')
+
+
+def _json(text: str) -> Any:
+    """The number or the list that a text is; None if it is neither."""
+    try:
+        return json.loads(re.sub(r"^\((.*)\)$", r"[\1]", text).removeprefix("+"))
+    except (ValueError, RecursionError):
+        return None
+
+
+@lru_cache(maxsize=1024)
+def _specs(taught: _Taught, cls: type[Claim[Any]]) -> dict[str, tuple[Template, ...]]:
+    """Per slot the ways in which the phrases of all voices write it."""
+    found: dict[str, dict[str, None]] = {}
+    for phrase in own_phrases(taught.subject.phrasebook, {"": cls})[""]:
+        for _, slot, spec, conversion in string.Formatter().parse(phrase):
+            if slot is not None:
+                written = "{" + slot + (f"!{conversion}" if conversion else "") + (f":{spec}" if spec else "") + "}"
+                found.setdefault(slot, {})[written] = None
+    return {slot: tuple(map(Template, ways)) for slot, ways in found.items()}
+
+
+def _says(claim: Claim[Any], slots: Mapping[str, str], specs: Mapping[str, tuple[Template, ...]]) -> bool:
+    """Whether the claim's own slots hold these texts."""
+    try:
+        return all(
+            any(same_value(text, way.format(claim)) for way in specs.get(slot, ())) for slot, text in slots.items()
+        )
+    except Exception:  # what phrases compute need not be ready for any field
+        return False
+
+
+def same_value(one: str, other: str) -> bool:
+    """Whether two texts of a slot are the same number or list, or the same words apart from case and quotes."""
+    return _value(one) == _value(other)
+
+
+def _value(text: str) -> Any:
+    value = _json(_bare(text))
+    return _bare(text).casefold() if value is None else value

@@ -1,5 +1,6 @@
 """Recognition of sentences in a text without atoms: those of the phrasebooks, and those of others, in layers."""
 
+import copy
 import itertools
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -203,7 +204,17 @@ class LayeredReader:
         self._classes = dict(classes)
         self._names = {cls: name for name, cls in classes.items()}
         self._near = Near(classes, own_phrases(phrasebook, classes), table, others)
-        self._exact = Reader(phrasebook, voice_names(), is_action, self._fits)
+        self._phrasebook, self._is_action = phrasebook, is_action
+        self._exact = self._first()
+
+    def _first(self) -> Reader:
+        return Reader(self._phrasebook, voice_names(), self._is_action, self._fits)
+
+    def anew(self) -> "LayeredReader":
+        """The same reader before its first text: the exact layer looks first in the voice that it met last."""
+        other = copy.copy(self)
+        other._exact = other._first()
+        return other
 
     def read(self, text: str) -> list[SentenceReading]:
         """The readings of a text's sentences, in order; those that were not read, too."""
