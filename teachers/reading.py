@@ -28,6 +28,10 @@ class Heard(NamedTuple):
     """The turn that the sentence names; None if it names none."""
     span: tuple[int, int]
     """Where it begins and ends in the text."""
+    framed: int
+    """Where the words before it begin that name its turn or hedge it."""
+    hedged: bool
+    """Whether they hedge it."""
 
 
 class Reader:
@@ -59,22 +63,25 @@ class Reader:
         heard = Text(text)
         at = 0
         about: int | None = None
+        framed, hedged = 0, False
         while at < len(text):
             best = self._recognise(heard, at)
             if best and best.line.claim in _FRAMES:
                 if best.line.claim is Late:
                     about = int(heard[best.place.slots["turn"]])
+                hedged |= best.line.claim is Probably
                 at = best.place.end
                 continue
             if best:
                 slots = {name: heard[span] for name, span in best.place.slots.items()}
-                yield Heard(best.line.claim, slots, about, (at, best.place.end))
+                yield Heard(best.line.claim, slots, about, (at, best.place.end), framed, hedged)
                 at = best.place.end
             else:
                 at = heard.next(None if self._unread else self._lines, at)
             about = None
             while at < len(text) and text[at].isspace():
                 at += 1
+            framed, hedged = at, False
 
     def _recognise(self, text: Text, at: int) -> "_Found | None":
         """The sentence that begins here, if any, or the words that name the turn of the next sentence."""
@@ -230,8 +237,12 @@ class LayeredReader:
         """The phrases in a text whose slots hold what they can hold, and their places."""
         for heard in self._exact.read(text):
             if self._fits(heard.claim, heard.slots):
-                said = text[slice(*heard.span)]
-                yield SentenceReading(said, "exact", heard.claim, heard.slots, heard.about_turn, ()), heard.span
+                span = heard.framed, heard.span[1]
+                said, name = text[slice(*span)], self._names.get(heard.claim, heard.claim.__name__)
+                if heard.hedged:  # neither true nor false
+                    yield SentenceReading(said, "", None, {}, heard.about_turn, (name,)), span
+                else:
+                    yield SentenceReading(said, "exact", heard.claim, heard.slots, heard.about_turn, ()), span
 
     def _fits(self, claim: type[Claim[Any]], slots: dict[str, str]) -> bool:
         return self._near.fits(self._names.get(claim, ""), slots)

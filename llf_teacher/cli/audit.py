@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from fnmatch import fnmatchcase
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -19,6 +20,7 @@ from rich.progress import track
 from rich.table import Table
 
 from llf_teacher.cli import print_missing, search_here
+from llf_teacher.escaping import escape_control_chars
 
 if TYPE_CHECKING:
     from llf_teacher.tools.audit import Audit
@@ -34,7 +36,10 @@ def add_to(app: typer.Typer) -> None:
 def audit(
     ids: Annotated[
         list[str] | None,
-        typer.Argument(metavar="ID", help="Environments, or patterns such as 'llf-poem-*'; by default all."),
+        typer.Argument(
+            metavar="ID",
+            help="Environments, or patterns such as 'llf-poem-*'; by default all. Or one FILE.jsonl: a transcript.",
+        ),
     ] = None,
     teacher: Annotated[
         list[str] | None,
@@ -70,7 +75,13 @@ def audit(
 
     The exit status is 1 if a teacher that promises honesty makes a false claim or contradicts itself, or if feedback
     that was not asked for leaks.
+
+    A transcript from elsewhere, FILE.jsonl, is played again, and its sentences are read and checked;
+    docs/how-claims-are-checked.md has its form.
     """
+    if any(id.endswith(".jsonl") for id in ids or ()):
+        _transcript(ids or [], as_json)
+        return
     from llf_teacher import registry
     from teachers.personality import PERSONALITIES, parse_personality
 
@@ -116,6 +127,36 @@ def audit(
             _print_claims(found)
     if any(each.caught for each in found):
         raise typer.Exit(1)
+
+
+def _transcript(paths: list[str], as_json: bool) -> None:
+    """Print what the sentences of a transcript are: how they were read, which are false, and the share of these."""
+    from llf_teacher.tools.transcript import LAYERS, READ, READ_RIGHT, audit_transcript
+
+    if len(paths) > 1:
+        raise ValueError(f"a transcript must be given alone, got {', '.join(paths)}; audit the others by themselves")
+    try:
+        found = audit_transcript(Path(paths[0]))
+    except OSError as error:
+        raise ValueError(f"cannot read {paths[0]}: {error.strerror}") from None
+    if as_json:
+        print(json.dumps(found.as_dict(), indent=2))  # noqa: T201
+        return
+    table = Table("layer", "sentences", "true", "false", box=None, padding=(0, 2, 0, 0))
+    for layer in LAYERS:
+        table.add_row(layer, *(f"{found.count(layer, holds)}" for holds in (None, True, False)))
+    console = Console(emoji=False, highlight=False)
+    console.print(table)
+    for each in found.sentences:
+        if each.holds is False:
+            text = escape_control_chars(f"line {each.line}, turn {each.turn}: {each.text}\n  {each.claim}")
+            console.print(text, style="red", markup=False, soft_wrap=True)
+    if (share := found.share) is not None:
+        console.print(
+            f"False: {share[0]:.0%} of what was read; with the errors of the reader, of which {READ_RIGHT} of {READ} "
+            f"readings were right, between {share[1]:.0%} and {share[2]:.0%} (95 %).",
+            soft_wrap=True,
+        )
 
 
 def _matching(patterns: list[str], names: Iterable[str], other: Callable[[str], str]) -> list[str]:
