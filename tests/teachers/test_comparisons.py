@@ -75,7 +75,7 @@ def test_without_values_that_is_better_after_which_the_task_is_solved_sooner(nam
         assert not Better.on((good[1:], bad), this=plan[0], that=moment.action).holds(moment, lab)
         if not sooner:  # a ground that lies of the other way is found by the fields
             liar = Better.on((good, ()), this=plan[0], that=moment.action)
-            assert liar.holds(moment, lab)
+            assert liar.holds(moment, lab), (seed, left, good, bad)
             assert not liar.means(moment, oracle)
     assert True in said
 
