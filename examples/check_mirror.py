@@ -138,7 +138,7 @@ def main() -> None:
         both = np.isfinite(one) & np.isfinite(other)
         print(f"Rank correlation with {args.keys[0]} and {key}: {spearmanr(one[both], other[both]).statistic:.3f}")
     if args.plot is not None:
-        plot(*runs[0][:2]).savefig(args.plot, dpi=110)
+        plot(*runs[0][:2]).savefig(args.plot, dpi=110, bbox_inches="tight")
 
 
 if __name__ == "__main__":

@@ -16,6 +16,7 @@ from teachers.seeds import STREAMS, Seeds
 from worlds.testing import plain
 
 SEED = 20_077
+SEATINGS = [each for each in seating_names() if each != "curriculum"]  # which chooses a world after its reset
 
 
 def worlds(entry):
@@ -34,7 +35,7 @@ def worlds(entry):
     old = compat.make(entry.id)
     old.reset(seed=SEED)
     yield "compat", old.unwrapped.session.world
-    for seating in seating_names():
+    for seating in SEATINGS:
         id = f"llf/{name}" if seating == TUTORING else f"llf/{short}-{seating}-{version}"
         env = pettingzoo.make("aec", id)
         env.reset(seed=SEED)
@@ -49,7 +50,7 @@ def worlds(entry):
 def test_one_seed_is_one_world_through_every_door(entry):
     found = dict(worlds(entry))
     expected = plain(found["world"].save())
-    assert len(found) >= 5 + len(seating_names())
+    assert len(found) >= 5 + len(SEATINGS)
     assert {door: plain(world.save()) == expected for door, world in found.items()} == dict.fromkeys(found, True)
 
 

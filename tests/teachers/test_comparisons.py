@@ -66,6 +66,9 @@ def test_without_values_that_is_better_after_which_the_task_is_solved_sooner(nam
                 (action,) = oracle.plan(lab.truth, 1)
             left.append(number)
         claim, sooner = view.better(plan[0], moment.action), left[0] < left[1]
+        if claim is None:  # no way solves the task
+            assert left[0] == left[1]
+            continue
         said.add(sooner)
         assert claim.holds(moment, lab) is sooner is claim.means(moment, oracle), (seed, claim)
         (reverse,) = claim.counterparts(moment, lab)
@@ -73,7 +76,7 @@ def test_without_values_that_is_better_after_which_the_task_is_solved_sooner(nam
         good, bad = claim._ground
         assert not Better.on((good, good), this=plan[0], that=moment.action).holds(moment, lab)  # no way of the other
         assert not Better.on((good[1:], bad), this=plan[0], that=moment.action).holds(moment, lab)
-        if not sooner:  # a ground that lies of the other way is found by the fields
+        if not sooner and good:  # a ground that lies of the other way is found by the fields
             liar = Better.on((good, ()), this=plan[0], that=moment.action)
             assert liar.holds(moment, lab)
             assert not liar.means(moment, oracle)
@@ -88,8 +91,9 @@ def test_of_two_turns_that_was_better_which_lost_less(name):
         for ago in range(1, view.turn):
             claim, (other, now) = view.better_turn(ago), (moments[-1 - ago], moments[-1])
             lost, earlier = oracle.regret(now), oracle.regret(other)
-            if claim is None:
-                assert lost == pytest.approx(earlier)
+            if claim is None:  # they lost as much, or of one of them hindsight says nothing
+                verdicts = [(next(iter(view._hindsight_on(each)), None), each) for each in (now, other)]
+                assert lost == pytest.approx(earlier) or not all(v and view._tells(v, each) for v, each in verdicts)
                 continue
             said.add(type(claim))
             assert isinstance(claim, BetterTurn) == (lost < earlier)

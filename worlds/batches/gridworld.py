@@ -72,7 +72,8 @@ class GridworldBatch(WorldBatch[Truth, State]):
         if type(pool) is not int or not 0 <= pool <= 10_000_000:
             raise ValueError(f"pool must be an integer from 0 to 10,000,000, got {pool!r}")
         self.states = self._rooms = world.options["num_rooms"]  # type: ignore[misc]  # a ClassVar where it is constant
-        self._pool, self._starts = pool, np.zeros(0, np.int64)
+        self._pool = pool
+        self._starts: Ints = np.zeros(0, np.int64)
         places = (rows + pool) * self._rooms  # a house per row, then those of the pool
         self.houses = Houses(
             np.zeros((places, len(DIRECTIONS)), np.int16),
@@ -106,8 +107,9 @@ class GridworldBatch(WorldBatch[Truth, State]):
 
     def _fill(self) -> None:
         """Enter the houses of the pool."""
-        houses, self._starts = _pool_of(type(self.world), tuple(self.world.options.items()), self._pool)
-        for table, pooled in zip(self.houses, houses, strict=True):
+        houses, self._starts = _pool_of(tuple(self.world.options.items()), self._pool)
+        tables: tuple[npt.NDArray[Any], ...] = self.houses
+        for table, pooled in zip(tables, houses, strict=True):
             table[self.rows * self._rooms :] = pooled
 
     def _build(self, number: int, layout: Layout) -> None:
@@ -170,12 +172,12 @@ class GridworldBatch(WorldBatch[Truth, State]):
 
 
 @lru_cache(maxsize=4)
-def _pool_of(make: type[Gridworld], options: tuple[tuple[str, Any], ...], count: int) -> tuple[Houses, Ints]:
+def _pool_of(options: tuple[tuple[str, Any], ...], count: int) -> tuple[Houses, Ints]:
     """The houses of a pool, and the room in each where the student starts: kept, for they take seconds to draw.
 
     A kept pool takes 23 bytes a room with the default options, 7.5 MB in all.
     """
-    batch = GridworldBatch(make(**dict(options)), count, pool=0)
+    batch = GridworldBatch(Gridworld(**dict(options)), count, pool=0)
     rng = np.random.default_rng(_POOL_SEED)
     batch.load_each(np.arange(count), (batch.world.draw(rng) for _ in range(count)))
     return batch.houses, batch.place()

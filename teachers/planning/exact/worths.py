@@ -149,7 +149,7 @@ class Worths:
         """What is lost, as in `all_lost`, and `ranked` of `worths`, which are not made: most turns need no more."""
         at = self.stage(turn)
         if at < 0 or state not in self._index:
-            return (tuple(NOTHING),) * self.actions, [0.0] * self.actions
+            return ((0.0, 0.0),) * self.actions, [0.0] * self.actions
         sums, lengths = self._row(at, self._index[state])
         most = max(sums)
         pairs = list(zip(sums, lengths, strict=True))
