@@ -84,7 +84,7 @@ def build_claim(
     name = next((name for name, cls in vocabulary.classes.items() if cls is reading.claim), "")
     if not name:
         return Built(None, reading.candidates)
-    cls, specs = vocabulary.classes[name], _specs(_Taught(subject.name, subject), vocabulary.classes[name])
+    cls, specs = vocabulary.classes[name], _specs(_Taught(subject.name, subject), vocabulary.classes[name])  # type: ignore[arg-type]  # a class is hashable
     fields = {key: form for key, form in vocabulary.schema_of(name)["properties"].items() if key != "type"}
     values = {key: [*_values(cls, key, form, reading.slots, specs)] for key, form in fields.items()}
     if issubclass(cls, ActionClaim) and cls.kind in (HP, HN) and cls.action_slot not in reading.slots:
@@ -105,7 +105,7 @@ def build_claim(
 
 def said_by(reading: SentenceReading, subject: Subject, claims: Iterable[Claim[Any]]) -> list[Claim[Any]]:
     """Those of some claims that the sentence says, as far as its slots show: numbers may be rounded there."""
-    specs = _specs(_Taught(subject.name, subject), reading.claim) if reading.claim else {}
+    specs = _specs(_Taught(subject.name, subject), reading.claim) if reading.claim else {}  # type: ignore[arg-type]  # a class is hashable
     return [claim for claim in claims if type(claim) is reading.claim and _says(claim, reading.slots, specs)]
 
 
@@ -181,7 +181,7 @@ def _says(claim: Claim[Any], slots: Mapping[str, str], specs: Mapping[str, tuple
 
 def same_value(one: str, other: str) -> bool:
     """Whether two texts of a slot are the same number or list, or the same words apart from case and quotes."""
-    return _value(one) == _value(other)
+    return bool(_value(one) == _value(other))
 
 
 def _value(text: str) -> Any:

@@ -233,8 +233,8 @@ def _subject(header: dict[str, Any]) -> tuple[str, Subject, dict[str, Any]]:
         raise ValueError(f"options must be an object, got {given!r:.80}")
     if ("id" in header) == ("family" in header):
         raise ValueError(f"the first line must have either id or family, got the keys {', '.join(header) or 'none'}")
-    if "family" in header:
-        subject: Subject = family(str(header["family"]))
+    if (name := header.get("family")) is not None:
+        subject: Subject = family(str(name))
         return subject.name, subject, given
     found = entry(header["id"])
     return found.id, found.family, {**found.options, **given}

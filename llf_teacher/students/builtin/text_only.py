@@ -54,8 +54,9 @@ class _Policy(AdviceTaker["TextOnly"]):
             text: the teacher's words.
             turn: number of turns so far.
         """
-        for claim, slots, about, _ in self._reader.read(text):
-            at = turn if about is None else about
+        for heard in self._reader.read(text):
+            claim, slots = heard.claim, heard.slots
+            at = turn if heard.about_turn is None else heard.about_turn
             if issubclass(claim, ActionClaim) and claim.action_slot in slots:
                 self._hear(claim, [slots[claim.action_slot]], at, endless=True)
             elif issubclass(claim, PlanClaim) and claim.plan_slot in slots:
