@@ -1,6 +1,6 @@
 """What an endpoint does wrong, one fault each: the table of the page, and what is kept of odd answers.
 
-`LLF_WRITE_FAULTS=1 pytest -n 0 tests/llf_teacher/test_llm_faults.py -k table` writes the table anew.
+`LLF_WRITE_FAULTS=1 pytest -n 0 -m full tests/llf_teacher/test_llm_faults.py -k table` writes the table anew.
 """
 
 import json
@@ -86,7 +86,9 @@ def row(fault, folder):
     return f"| {fault.what} | {found['sent']} | {found['lost']} | {paid} | {ends} | {said} |"
 
 
+@pytest.mark.full
 def test_the_table_of_the_page(tmp_path):
+    """With the pinned version of the client, in the source tree."""
     head = "| fault | sent | lost | paid | ends | what is said |\n|---|---|---|---|---|---|\n"
     table = head + "".join(f"{row(fault, tmp_path)}\n" for fault in FAULTS)
     text = PAGE.read_text("utf-8")
