@@ -9,7 +9,7 @@ from teachers.atoms import KINDS, Claim, FeedbackType, Moment
 from teachers.common import hedge
 from teachers.information import DrawnWorld, Grounds, Information
 from teachers.spec import unknown
-from worlds.posteriors import Draw, NoWorldError
+from worlds.posteriors import Draw, NoWorldError, random_walk
 from worlds.world import WorldTurn
 
 __all__ = ["EVIDENCE", "PartialOracle"]
@@ -104,13 +104,8 @@ class PartialOracle(Information):
 
     def _walked(self, opening: Any) -> list[WorldTurn[Any]]:
         """A walk of random actions."""
-        lab, turns = self._oracle.lab, [WorldTurn(None, 0.0, opening)]
+        lab = self._oracle.lab
         lab.restore(opening)
         lab.np_random = self._rng
-        for _ in range(self._steps):
-            action = lab.legal(lab.sample_action(self._rng))
-            _, reward, terminated, truncated, info = lab.advance(action)
-            turns.append(WorldTurn(action, reward, lab.truth, info["success"], True))
-            if terminated or truncated:
-                break
-        return turns
+        walk = (turn._replace(reward_known=True) for turn in random_walk(lab, self._steps, self._rng))
+        return [WorldTurn(None, 0.0, opening), *walk]

@@ -7,15 +7,24 @@ from llf_teacher.tools.audit import audit
 from llf_teacher.tools.markdown import table
 from pz_envs.family import Family, all_families
 from teachers.information import Gain
+from teachers.spec import unknown
 
 __all__ = ["families", "measured"]
 
 _STUDENTS = ("random", "obedient")
 
 
-def families() -> dict[str, Family]:
-    """The families with a posterior that are installed, by name."""
-    return {each.name: each for each in all_families() if each.posterior and not each.missing()}
+def families(names: Iterable[str] | None = None) -> dict[str, Family]:
+    """The families of these names; None: all that have a posterior and are installed.
+
+    Raises:
+        ValueError: one of them is none of those.
+    """
+    able = {each.name: each for each in all_families() if each.posterior and not each.missing()}
+    for name in names or ():
+        if name not in able:
+            raise ValueError(unknown("family with a posterior", name, able))
+    return {name: able[name] for name in names or able}
 
 
 def measured(family: Family, teachers: Iterable[str], turns: int, worlds: int) -> str:

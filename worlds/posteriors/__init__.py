@@ -15,7 +15,7 @@ from typing_extensions import TypeVar
 
 from worlds.world import TruthT, World, WorldTurn, plain
 
-__all__ = ["Draw", "NoWorldError", "Posterior", "WorldT", "seen"]
+__all__ = ["Draw", "NoWorldError", "Posterior", "WorldT", "random_walk", "seen"]
 
 WorldT = TypeVar("WorldT", bound=World[Any], default=Any)
 """The class of the world."""
@@ -169,6 +169,16 @@ class Posterior(ABC, Generic[TruthT, WorldT]):
                 return None
             played.append(WorldTurn(turn.action, reward, lab.truth, success, turn.reward_known))
         return tuple(played)
+
+
+def random_walk(world: World[Any], steps: int, rng: np.random.Generator) -> Iterator[WorldTurn[Any]]:
+    """Turns of random actions from the current state on, so many or until the episode ends; no reward is known."""
+    for _ in range(steps):
+        action = world.legal(world.sample_action(rng))
+        _, reward, terminated, truncated, info = world.advance(action)
+        yield WorldTurn(action, reward, world.truth, info["success"])
+        if terminated or truncated:
+            return
 
 
 def seen(lab: World[Any], truth: Any = None) -> Any:

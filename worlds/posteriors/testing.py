@@ -4,7 +4,7 @@ Each check takes a factory of worlds and a function that makes the posterior of 
 that describes the error.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from itertools import islice
 from typing import Any, NamedTuple
 
@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import stats
 
-from worlds.posteriors import Posterior, seen
+from worlds.posteriors import Draw, Posterior, random_walk, seen
 from worlds.testing import require
 from worlds.world import World, WorldTurn, plain
 
@@ -52,14 +52,9 @@ def history(world: World[Any], rng: np.random.Generator) -> list[WorldTurn[Any]]
     """An untaught history: a few random actions in a new episode. All, some or none of the rewards are said."""
     world.reset(seed=int(rng.integers(2**31)))
     said = rng.choice((0.0, 0.5, 1.0))
-    turns: list[WorldTurn[Any]] = [WorldTurn(None, 0.0, world.truth)]
-    for _ in range(rng.integers(_TURNS + 1)):
-        action = world.legal(world.sample_action(rng))
-        _, reward, terminated, truncated, info = world.advance(action)
-        turns.append(WorldTurn(action, reward, world.truth, info["success"], bool(rng.random() < said)))
-        if terminated or truncated:
-            break
-    return turns
+    opening = WorldTurn(None, 0.0, world.truth)
+    walk = random_walk(world, int(rng.integers(_TURNS + 1)), rng)
+    return [opening, *(turn._replace(reward_known=bool(rng.random() < said)) for turn in walk)]
 
 
 def rank(
@@ -106,37 +101,39 @@ def uniformity(ranks: npt.NDArray[np.int64], draws: int = DRAWS) -> Calibration:
     return Calibration(float(stats.chisquare(counts).pvalue), counts)
 
 
-def check_alike(make: Make, make_posterior: MakePosterior) -> None:
-    """A student sees the same in a drawn world: observations, its own actions, the rewards that were said."""
-    rng = np.random.default_rng(0)
-    world = make()
-    posterior = make_posterior(world)
+def _drawn(
+    world: World[Any], make_posterior: MakePosterior, seed: int
+) -> Iterator[tuple[list[WorldTurn[Any]], Draw[Any]]]:
+    """A few histories, each with two draws."""
+    rng, posterior = np.random.default_rng(seed), make_posterior(world)
     for _ in range(_FEW):
         turns = history(world, rng)
-        for other in posterior.take(turns, rng, 2):
-            require(len(other) == len(turns), f"a draw must have as many turns, got {len(other)} for {len(turns)}")
-            for mine, theirs in zip(turns, other, strict=True):
-                same = plain(mine.action) == plain(theirs.action) and mine.reward_known == theirs.reward_known
-                same &= not mine.reward_known or mine.reward == theirs.reward
-                require(
-                    same and seen(world, mine.truth) == seen(world, theirs.truth),
-                    "a student can distinguish a drawn world from its own",
-                )
+        yield from ((turns, other) for other in posterior.take(turns, rng, 2))
+
+
+def check_alike(make: Make, make_posterior: MakePosterior) -> None:
+    """A student sees the same in a drawn world: observations, its own actions, the rewards that were said."""
+    world = make()
+    for turns, other in _drawn(world, make_posterior, 0):
+        require(len(other) == len(turns), f"a draw must have as many turns, got {len(other)} for {len(turns)}")
+        for mine, theirs in zip(turns, other, strict=True):
+            same = plain(mine.action) == plain(theirs.action) and mine.reward_known == theirs.reward_known
+            same &= not mine.reward_known or mine.reward == theirs.reward
+            require(
+                same and seen(world, mine.truth) == seen(world, theirs.truth),
+                "a student can distinguish a drawn world from its own",
+            )
 
 
 def check_worlds(make: Make, make_posterior: MakePosterior) -> None:
     """A drawn world is one of the family's: its actions have the results that the draw says."""
-    rng = np.random.default_rng(1)
     world = make()
-    posterior = make_posterior(world)
-    for _ in range(_FEW):
-        turns = history(world, rng)
-        for other in posterior.take(turns, rng, 2):
-            world.restore(other[0].truth)
-            for turn in other[1:]:
-                _, _, _, _, info = world.step(turn.action)
-                found = plain((world.truth, info["success"]))
-                require(found == plain((turn.truth, turn.success)), "a drawn world does not follow its own rules")
+    for _, other in _drawn(world, make_posterior, 1):
+        world.restore(other[0].truth)
+        for turn in other[1:]:
+            _, _, _, _, info = world.step(turn.action)
+            found = plain((world.truth, info["success"]))
+            require(found == plain((turn.truth, turn.success)), "a drawn world does not follow its own rules")
 
 
 def check_repetition(make: Make, make_posterior: MakePosterior) -> None:

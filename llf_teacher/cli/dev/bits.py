@@ -26,17 +26,12 @@ def bits(
 
     The table of a family stands between `<!-- llf dev bits: FAMILY -->` and `<!-- end -->`.
     """
-    from rich.console import Console
     from rich.progress import track
 
     from llf_teacher.tools import bits as tool
-    from llf_teacher.tools.markdown import update
-    from teachers.spec import unknown
+    from llf_teacher.tools.markdown import rewrite
+    from teachers.terminal import error_console
 
-    able = tool.families()
-    for name in families or ():
-        if name not in able:
-            raise typer.BadParameter(unknown("family with a posterior", name, able))
-    for name in track(families or list(able), "measuring", console=Console(emoji=False, stderr=True), transient=True):
-        text = tool.measured(able[name], teacher or ["oracle"], turns, worlds)
-        file.write_text(update(file.read_text(encoding="utf-8"), "llf dev bits", {name: text}), encoding="utf-8")
+    chosen = tool.families(families).items()
+    for name, family in track(chosen, "measuring", console=error_console(), transient=True):
+        rewrite(file, "llf dev bits", {name: tool.measured(family, teacher or ["oracle"], turns, worlds)})

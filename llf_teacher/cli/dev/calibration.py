@@ -35,7 +35,7 @@ def calibration(
 
     from llf_teacher.studies.execution.progress import StudyProgress
     from llf_teacher.tools import calibration as measured
-    from llf_teacher.tools.markdown import update
+    from llf_teacher.tools.markdown import rewrite
     from teachers.spec import unknown
     from teachers.terminal import error_console
 
@@ -55,5 +55,4 @@ def calibration(
             if file is None:
                 typer.echo(f"{name}\n\n{text}")
             else:
-                page = update(file.read_text(encoding="utf-8"), "llf dev calibration", {name: text})
-                file.write_text(page, encoding="utf-8")
+                rewrite(file, "llf dev calibration", {name: text})

@@ -26,12 +26,11 @@ def hedges(
 
     from llf_teacher.tools import hedges as tool
     from llf_teacher.tools.bits import families
-    from llf_teacher.tools.markdown import update
+    from llf_teacher.tools.markdown import rewrite
     from teachers.terminal import error_console
 
     each = track(families().items(), "measuring", console=error_console(), transient=True)
     found = {name: tool.measured(family, teacher, worlds, turns) for name, family in each}
-    text = update(file.read_text(encoding="utf-8"), "llf dev hedges", {"reliability": tool.table_of(found)})
-    file.write_text(text, encoding="utf-8")
+    rewrite(file, "llf dev hedges", {"reliability": tool.table_of(found)})
     if plot is not None:
         tool.plot(found, str(plot))

@@ -34,15 +34,12 @@ def posteriors(
 
     from llf_teacher.registry import entries
     from llf_teacher.tools import posteriors as measured
-    from teachers.spec import unknown
+    from llf_teacher.tools.bits import families as able
     from teachers.terminal import error_console
     from worlds.posteriors.testing import THRESHOLD
 
-    able = dict.fromkeys(entry.family.name for entry in entries().values() if entry.family.posterior)
-    for name in families or ():
-        if name not in able:
-            raise typer.BadParameter(unknown("family with a posterior", name, able))
-    chosen = [entry for entry in entries().values() if entry.family.name in (families or able)]
+    names = able(families)
+    chosen = [entry for entry in entries().values() if entry.family.name in names]
     console = error_console()
     found = [
         measured.measure(entry, histories, seed) for entry in track(chosen, "ranking", console=console, transient=True)

@@ -24,7 +24,7 @@ def traits(
     """
     from rich.progress import Progress
 
-    from llf_teacher.tools.markdown import update
+    from llf_teacher.tools.markdown import rewrite
     from llf_teacher.tools.recovery import as_table, places, recoverable, recoveries
     from teachers.terminal import error_console
 
@@ -34,5 +34,4 @@ def traits(
     if file is None:
         typer.echo(text)
     else:
-        page = update(file.read_text(encoding="utf-8"), "llf dev traits", {"recovery": text})
-        file.write_text(page, encoding="utf-8")
+        rewrite(file, "llf dev traits", {"recovery": text})
