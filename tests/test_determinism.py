@@ -33,7 +33,7 @@ TEACHERS = (
 def digest():
     """A digest of many episodes, with all that was said and done."""
     records = [
-        play(EpisodeSpec(id, teacher, student, practice(entry(id).family), "a", 12, 4, ""))
+        play(EpisodeSpec(id, teacher, student, practice(entry(id).family), "a", 8, 4, ""))
         for id in SHOWCASE
         for teacher in filter(entry(id).family.serves, TEACHERS)
         for student in ("random", "text_only", "reward_only")
