@@ -103,14 +103,15 @@ def test_the_newest_python_at_hand_plays_the_default_tests_and_others_smoke():
         "at_hand() { [[ $1 != 3.13 ]] && echo /usr/bin/python$1; }\n"
         "enter() { echo $1: $4; }\nstage() { echo $1 $3; }\npython() { echo 3.11; }\n"
     )
+    default = "env COVERAGE_CORE=sysmon pytest -rs --cov --cov-report=term:skip-covered"  # counts lines, too
     command = [shutil.which("bash"), "-c", f"{functions}{stands_for}pythons"]
     assert subprocess.check_output(command, cwd=ROOT, text=True).splitlines() == [
         "python3.13: NOT PLAYED: not at hand",
-        "python3.12 with_python /usr/bin/python3.12 pytest -rs",
+        "python3.12 with_python /usr/bin/python3.12 " + default,
     ]
     command[-1] = command[-1].replace("!= 3.13 ]]", "!= 3.14 ]]")
     assert subprocess.check_output(command, cwd=ROOT, text=True).splitlines() == [
-        "python3.13 with_python /usr/bin/python3.13 pytest -rs",
+        "python3.13 with_python /usr/bin/python3.13 " + default,
         "python3.12 with_python /usr/bin/python3.12 pytest -m smoke -rs",
     ]
 

@@ -3,11 +3,13 @@
 import subprocess
 import sys
 
+import pytest
 from documents import ROOT, python_blocks
 
 PACKAGES = ("worlds", "teachers", "pz_envs", "llf_teacher")
 
 
+@pytest.mark.full  # half a minute; `.ci/run habits` plays it
 def test_mypy_is_content(tmp_path):
     """As strict as `pyproject.toml` has it; each block of a document is a program of its own.
 

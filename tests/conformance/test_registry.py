@@ -42,7 +42,7 @@ def test_world(entry, check):
 @pytest.mark.parametrize("check", teacher_kit.CHECKS, ids=name)
 @pytest.mark.parametrize("entry", ENTRIES)
 def test_oracle(entry, check):
-    check(pupil(entry, turns=250))
+    check(pupil(entry, turns=120))
 
 
 @pytest.mark.full
@@ -107,10 +107,10 @@ def test_cross_of_options(entry, instruction_type, feedback_type, teacher):
 def test_what_mistake_says_with_certainty_is_false(entry):
     feedback = [
         (atom, moment, lab)
-        for atom, moment, lab in pupil(entry).atoms(personality="mistake(eps=1)")
+        for atom, moment, lab in pupil(entry, turns=300).atoms(personality="mistake(eps=1)")
         if atom.kind is not None
     ]
-    assert len(feedback) > fewer(entry.family, 1000)
+    assert len(feedback) > fewer(entry.family, 300)
     assert not [atom for atom, moment, lab in feedback if atom.claim.holds(moment, lab)]
 
 

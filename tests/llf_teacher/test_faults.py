@@ -296,7 +296,7 @@ def script(folder, before="", guard=""):
     return done.stdout + done.stderr, done.returncode
 
 
-@pytest.mark.parametrize("method", ["", "spawn", "forkserver"])
+@pytest.mark.parametrize("method", ["", pytest.param("spawn", marks=pytest.mark.full), "forkserver"])
 def test_a_script_without_a_guard_is_told_so(tmp_path, method):
     before = f"import multiprocessing; multiprocessing.set_start_method({method!r})" if method else ""
     told, status = script(tmp_path, before)

@@ -130,11 +130,11 @@ def test_a_limit_stops_a_study_and_a_higher_one_goes_on(tmp_path):
         played = len(rows(tmp_path / "llf-study.db")[0])
         assert 0 < played < 10
 
-        again = run_here(tmp_path, LLF_LLM_BUDGET="8")
+        again = run_here(tmp_path, "--workers", "1", LLF_LLM_BUDGET="8")
         assert again.returncode == 1
         assert sum(usd for _, _, usd in ledger(tmp_path / "llf-study.llm.db")) <= 8
         played = len(rows(tmp_path / "llf-study.db")[0])
-        finished = run_here(tmp_path, "--llm-budget", "1000")
+        finished = run_here(tmp_path, "--workers", "1", "--llm-budget", "1000")
         assert finished.returncode == 0, finished.stderr
         assert f"Played {10 - played} episodes" in finished.stderr
     assert set(hits(server).values()) == {1}

@@ -313,8 +313,8 @@ def test_a_report_needs_nobody_s_own_code(tmp_path):
             ("archive", store, "a.zip"),
             ("diff", store, store),
         ):
-            call = llf_apart if command[0] == "report" else llf  # a process of its own has imported nothing
-            result = call("study", *command, cwd=folder)
+            apart = folder == away and command[0] == "report"  # a process of its own has imported nothing
+            result = (llf_apart if apart else llf)("study", *command, cwd=folder)
             assert result.returncode == 0, (command, result.stderr)
         pages.append((folder / "r.html").read_text(encoding="utf-8"))
         (home / "mine.py").unlink(missing_ok=True)

@@ -41,8 +41,8 @@ def episode(id, student, seed, teacher="oracle", instruction_type="b"):
 
 @pytest.mark.parametrize("student", ["obedient", "text_only"])
 def test_the_treasure_is_reached_by_a_shortest_path(student):
-    """In all of 200 houses: the regret of a path is the number of moves that it is longer than a shortest one."""
-    for seed in range(200):
+    """In all of 80 houses: the regret of a path is the number of moves that it is longer than a shortest one."""
+    for seed in range(80):
         record = episode("llf-gridworld-v0", student, seed)
         assert record.episode.success
         assert record.episode.regret == 0
@@ -74,7 +74,7 @@ def test_a_poem_that_is_too_long_is_cut_where_the_teacher_says(seed):
 @pytest.mark.parametrize("id", [each for each in IDS if "c" in llf_teacher.supported_types(each.values[0])[0]])
 def test_complete_instructions_suffice_and_basic_ones_do_not(id):
     """With `c` and no feedback an obedient student reaches the oracle's return, with `b` it does not do as well."""
-    seeds = range(fewer(entry(id).family, 20))
+    seeds = range(fewer(entry(id).family, 10))
 
     @cache
     def played(student, instruction_type):
@@ -164,7 +164,7 @@ def test_students_see_what_they_are_entitled_to(id, student):
 def test_reading_recovers_every_sentence(id, teacher):
     """A reader of words hears exactly the claims that were said, in order, with the turn they are about."""
     env = llf_teacher.make(id, teacher=teacher, instruction_type=practice(entry(id).family))
-    recovers(env, Reader(env.family.phrasebook), fewer(env.family, 8))
+    recovers(env, Reader(env.family.phrasebook), fewer(env.family, 5))
 
 
 @sampled(lambda id, voice: {id, voice})
@@ -226,7 +226,7 @@ def test_every_paraphrase_of_every_voice_is_read_as_the_claim_that_it_words(id):
     for before, voice in product(VOICES, VOICES):
         reader = Reader(family.phrasebook, [before, *VOICES], partial(is_action, family.make_world()))
         book = family.phrasebook(voice)
-        for claim in (claim for claims in said.values() for claim in sorted(claims, key=repr)[:2]):
+        for claim in (claim for claims in said.values() for claim in sorted(claims, key=repr)[:1]):
             for i in range(len(book.templates(type(claim)))):
                 text = str(book.say([claim], 1, Draws(np.random.default_rng(0)), i))
                 (heard,) = reader.read(text)

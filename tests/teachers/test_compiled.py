@@ -45,12 +45,12 @@ def outcomes(count):
 
 def test_the_same_is_planned_to_the_last_bit():
     """In a process that compiles; this one does not."""
-    program = "from test_compiled import outcomes; print(outcomes(200))"
+    program = "from test_compiled import outcomes; print(outcomes(50))"
     environment = os.environ | {"NUMBA_DISABLE_JIT": "0", "PYTHONPATH": str(Path(__file__).parent)}
     run = subprocess.run(
         [sys.executable, "-W", "error", "-c", program], check=True, capture_output=True, text=True, env=environment
     )
-    (fast, there), (slow, here) = json.loads(run.stdout), json.loads(outcomes(200))
+    (fast, there), (slow, here) = json.loads(run.stdout), json.loads(outcomes(50))
     assert fast
     assert not slow
     assert here == there

@@ -1,6 +1,7 @@
 """Reading what people say: near the phrases it is read, and where it is ambiguous it is not."""
 
 import time
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -25,15 +26,21 @@ from teachers.templates import Template
 
 FAMILIES = {each.name: each for each in own_families()}
 FILE = Path(__file__).parents[1] / "reading" / "sentences.txt"
-BANDITS, GRID, POEM = (make_reader(FAMILIES[name]) for name in ("bandits", "gridworld", "poem"))
+BANDITS, GRID, POEM = "bandits", "gridworld", "poem"
 
 
-def read(reader, text):
-    return [(each.layer, each.claim and each.claim.__name__, each.slots) for each in reader.read(text)]
+@cache
+def reader(name):
+    """The reader of a family, which takes a second to make."""
+    return make_reader(FAMILIES[name])
+
+
+def read(name, text):
+    return [(each.layer, each.claim and each.claim.__name__, each.slots) for each in reader(name).read(text)]
 
 
 @pytest.mark.parametrize(
-    ("reader", "text", "layer", "claim", "slots"),
+    ("name", "text", "layer", "claim", "slots"),
     [
         (BANDITS, "Pull arm 3 next.", "exact", "Pull", {"action": "3"}),
         (BANDITS, "go for arm three", "near", "Pull", {"action": "3"}),
@@ -45,8 +52,8 @@ def read(reader, text):
         (POEM, "Give 7 syllables to line 2.", "exact", "Count", {"amount": "7 syllables", "line": "2"}),
     ],
 )
-def test_numbers_order_spelling_and_synonyms_are_read(reader, text, layer, claim, slots):
-    assert read(reader, text) == [(layer, claim, slots)]
+def test_numbers_order_spelling_and_synonyms_are_read(name, text, layer, claim, slots):
+    assert read(name, text) == [(layer, claim, slots)]
 
 
 def test_a_text_is_read_sentence_by_sentence():
@@ -61,11 +68,11 @@ def test_a_text_is_read_sentence_by_sentence():
 
 
 def test_what_is_ambiguous_is_not_read_and_has_candidates():
-    (reading,) = GRID.read("south or rather not")
+    (reading,) = reader(GRID).read("south or rather not")
     assert (reading.layer, reading.claim) == ("", None)
     assert "Avoid" in reading.candidates
     for text in ("go north or maybe not", "north is fine but 3 is a number", "go north and then east"):
-        assert [each.claim for each in GRID.read(text)] == [None], text
+        assert [each.claim for each in reader(GRID).read(text)] == [None], text
 
 
 def test_a_word_that_turns_the_sense_is_never_overlooked():
@@ -73,7 +80,7 @@ def test_a_word_that_turns_the_sense_is_never_overlooked():
     for phrase in FAMILIES["bandits"].phrasebook("plain").templates(Pull):
         for denied in ("Never: {}", "It would be wrong: {}", "{} Not!"):
             text = denied.format(Template(phrase).format(Pull(action=3)))
-            assert BANDITS._near.read(text).claim != "Pull", text
+            assert reader(BANDITS)._near.read(text).claim != "Pull", text
 
 
 @pytest.mark.parametrize("name", FAMILIES)
@@ -94,14 +101,14 @@ def test_every_table_is_about_the_family(name):
     ).map(" ".join)
 )
 def test_any_text_is_read_without_an_error(text):
-    for each in BANDITS.read(text):
+    for each in reader(BANDITS).read(text):
         assert (each.layer == "") == (each.claim is None)
 
 
 def test_long_texts_take_little_time():
     for text in ("arm 3 " * 5_000, "3 " * 10_000, "a. " * 1_000, '"' * 30_000, "[" * 30_000):
         began = time.perf_counter()
-        BANDITS.read(text)
+        reader(BANDITS).read(text)
         assert time.perf_counter() - began < 8, text[:10]
 
 

@@ -30,7 +30,7 @@ on_every_environment = pytest.mark.parametrize(
 SUBSETS = [frozenset(chosen) for size in range(6) for chosen in combinations(KINDS, size)]
 
 
-def pupil(name, turns=150):
+def pupil(name, turns=100):
     family, options = ENVIRONMENTS[name]
     turns = fewer(family, turns)
     return Pupil(lambda: family.make_world(**options), family.make_teacher, max_turns=family.max_turns, turns=turns)
@@ -55,7 +55,7 @@ def test_regret_is_zero_exactly_if_the_action_was_good(name):
     """Of continuous actions a good one is better than before, not yet the best."""
     seen = set()
     best = not isinstance(pupil(name).make_world().action_space, spaces.Box)
-    for oracle, moment in pupil(name, turns=600).judged():
+    for oracle, moment in pupil(name, turns=300).judged():
         if moment.before is None:
             continue
         regret = oracle.regret(moment)

@@ -47,12 +47,12 @@ def lesson(name, **options):
 @on_every_environment
 def test_a_planned_oracle_passes_the_kit(name):
     subject = lesson(name)
-    check_oracle(Pupil(subject.make_world, subject.make_teacher, max_turns=subject.max_turns, turns=60))
+    check_oracle(Pupil(subject.make_world, subject.make_teacher, max_turns=subject.max_turns, turns=40))
 
 
 def test_with_a_discount_it_passes_the_kit():
     subject = lesson("lake", gamma=0.95)
-    check_oracle(Pupil(subject.make_world, subject.make_teacher, max_turns=subject.max_turns, turns=60))
+    check_oracle(Pupil(subject.make_world, subject.make_teacher, max_turns=subject.max_turns, turns=40))
     env = llf_teacher.StudentEnv(subject, text=True)
     assert "0.95" in env.reset(seed=0)[0]["instruction"]
 
@@ -60,9 +60,9 @@ def test_with_a_discount_it_passes_the_kit():
 @on_every_environment
 def test_no_claim_is_false_and_lies_are_caught(name):
     subject = lesson(name)
-    honest = audit(subject, turns=120, students=("random", "obedient"))
+    honest = audit(subject, turns=60, students=("random", "obedient"))
     assert honest.count(Label.DISTORTED) == honest.contradictions == honest.leaks == 0 < honest.checked
-    liar = audit(lesson(name), "mistake(eps=1)", turns=120, students=("random",))
+    liar = audit(lesson(name), "mistake(eps=1)", turns=60, students=("random",))
     assert liar.count(Label.TRUTHFUL) == sum(n for (kind, _), n in liar.claims.items() if kind is None)
 
 

@@ -152,11 +152,11 @@ def test_the_way_back_is_proven_and_the_oracle_passes_the_kit(name):
     make, way = WAYS[name]
     subject = lesson(make)
     assert type(subject.planned.model.task.way) is way is type(way_back(make()))
-    check_oracle(pupil(subject, 24))
+    check_oracle(pupil(subject, 12))
 
 
 def test_an_oracle_that_keeps_going_passes_the_kit():
-    check_oracle(pupil(Lesson(cart_pole, "searched"), 60))
+    check_oracle(pupil(Lesson(cart_pole, "searched"), 30))
 
 
 @pytest.mark.full

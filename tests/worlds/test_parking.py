@@ -16,7 +16,7 @@ def wild(rng, push):
 
 
 @pytest.mark.parametrize(
-    ("count", "steps"), [(0, 600), pytest.param(0, 2000, marks=pytest.mark.full), (10, 150), (26, 50)]
+    ("count", "steps"), [(0, 300), pytest.param(0, 2000, marks=pytest.mark.full), (10, 80), (26, 40)]
 )
 def test_results_are_highway_envs(count, steps):
     """Over many random steps, beyond crashes and parking, too."""
