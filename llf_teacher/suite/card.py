@@ -5,7 +5,7 @@ import io
 import json
 import math
 import platform
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
@@ -69,11 +69,7 @@ class AbilityLine:
     @property
     def words(self) -> str:
         """The score as text."""
-        if self.score is None:
-            return f"not measured: {self.why}"
-        if self.low is None:
-            return f"{self.score:.2f} (no interval: {self.why})"
-        return f"{self.score:.2f} [{self.low:.2f}, {self.high:.2f}]"
+        return interval_words(self.score, self.low, self.high, self.why)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,7 +94,7 @@ class Card:
     """The reason of the first of these."""
     versions: Mapping[str, str]
 
-    role: ClassVar[str] = "The student"
+    role: ClassVar[str] = "student"
     about: ClassVar[str] = "what it can do with feedback"
     scale: ClassVar[str] = "0: takes no notice        1: as the reference"
 
@@ -112,35 +108,30 @@ class Card:
         cls,
         student: str,
         scores: Mapping[str, Score],
-        *,
-        suite: str,
-        digest: str,
-        rows: Iterable[Mapping[str, Any]],
-        failures: int = 0,
-        error: str = "",
-        key: str = "",
-        quick: bool = False,
+        rows: Sequence[Mapping[str, Any]],
+        lost: Sequence[Mapping[str, Any]],
+        **settings: Any,
     ) -> Self:
-        """The card of scores; `rows` are the student's episodes."""
+        """The card of scores, from the rows of episodes and failures of this student and of others.
+
+        Settings are `suite`, `digest`, `key` and `quick`.
+        """
         measured = [name for name, each in scores.items() if each.measured]
         adjusted = dict(zip(measured, holm([scores[name].p for name in measured]), strict=True))
-        played = list(rows)
+        played, failed = ([row for row in each if row[cls.role] == student] for each in (rows, lost))
         counted = ("turns", "answers", "input_tokens", "output_tokens", "usd")
         cost = {name: math.fsum(row.get(name) or 0 for row in played) for name in counted}
         return cls(
-            suite=suite,
-            digest=digest,
             student=student,
-            quick=quick,
-            key=key,
             lines=tuple(
                 _line(name, cls.ability_of(name), each, adjusted.get(name), len(measured))
                 for name, each in scores.items()
             ),
             cost={"episodes": float(len(played)), **cost},
-            failures=failures,
-            error=error,
+            failures=len(failed),
+            error=f"{failed[0]['error']}" if failed else "",
             versions={"llf-teacher": llf_teacher.__version__, "python": platform.python_version()},
+            **settings,
         )
 
     def sentences(self) -> list[str]:
@@ -154,7 +145,7 @@ class Card:
         )
         unmeasured = [each for each in self.lines if each.score is None]
         said = [
-            f"{self.role} {shown[0].ability}: {shown[0].words}."
+            f"The {self.role} {shown[0].ability}: {shown[0].words}."
             if shown
             else "No ability differs significantly from none."
         ]
@@ -261,11 +252,8 @@ class Card:
         """A page that stands alone."""
         from llf_teacher.theme import pages, style
 
-        return (
-            pages("llf_teacher.suite")
-            .get_template("card.html.j2")
-            .render(card=self, finds=FINDS, style=style(), picture=self.as_svg()[self.as_svg().index("<svg") :])
-        )
+        page, picture = pages("llf_teacher.suite").get_template("card.html.j2"), self.as_svg()
+        return page.render(card=self, finds=FINDS, style=style(), picture=picture[picture.index("<svg") :])
 
     def write(self, path: Path) -> None:
         """Write the card in the format of the file's suffix.
@@ -277,6 +265,15 @@ class Card:
         if path.suffix not in made:
             raise ValueError(unknown("format of a card", path.suffix, FORMATS))
         path.write_text(made[path.suffix](), encoding="utf-8")
+
+
+def interval_words(value: float | None, low: float | None, high: float | None, why: str, sign: str = "") -> str:
+    """A value with its interval as text, or why there is none; `sign` is that of a format."""
+    if value is None:
+        return f"not measured: {why}"
+    if low is None or high is None:
+        return f"{value:{sign}.2f} (no interval: {why})"
+    return f"{value:{sign}.2f} [{low:{sign}.2f}, {high:{sign}.2f}]"
 
 
 def chance_words(p: float | None) -> str:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from scipy import stats
 
 from llf_teacher.studies.analysis.statistics import LEVEL, holm
-from llf_teacher.suite.card import AbilityLine, Card, CardError, check
+from llf_teacher.suite.card import AbilityLine, Card, CardError, check, interval_words
 
 
 class CardDifference(NamedTuple):
@@ -27,11 +27,7 @@ class CardDifference(NamedTuple):
     @property
     def words(self) -> str:
         """The difference as text."""
-        if self.value is None:
-            return f"not measured: {self.why}"
-        if self.low is None:
-            return f"{self.value:+.2f} (no interval: {self.why})"
-        return f"{self.value:+.2f} [{self.low:+.2f}, {self.high:+.2f}]"
+        return interval_words(self.value, self.low, self.high, self.why, "+")
 
 
 def compare(first: Path | str, second: Path | str, digest: str) -> list[CardDifference]:

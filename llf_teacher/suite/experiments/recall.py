@@ -5,7 +5,6 @@ It rests on advice, and a student that forgets between episodes is not measured.
 """
 
 from llf_teacher.suite.experiment import Experiment
-from llf_teacher.suite.places import ARMS, HOUSE, OPTIONS
 
 EXPERIMENT = Experiment(
     ability="recalls in a later episode what it was taught",
@@ -14,6 +13,4 @@ EXPERIMENT = Experiment(
     reference="obedient(forget=False)",
     lessons=1,
     rests_on=("advice",),
-    ids=(ARMS, HOUSE),
-    options=OPTIONS,
 )

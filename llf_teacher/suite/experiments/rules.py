@@ -7,7 +7,7 @@ measured.
 """
 
 from llf_teacher.suite.experiment import Experiment
-from llf_teacher.suite.places import ARMS, HOUSE, TOWN
+from llf_teacher.suite.places import TOWN
 
 EXPERIMENT = Experiment(
     ability="carries rules to new worlds of a town",
@@ -17,6 +17,5 @@ EXPERIMENT = Experiment(
     lessons=1,
     worlds="next",
     rests_on=("advice", "warnings"),
-    ids=(ARMS, HOUSE),
     options=TOWN,
 )

@@ -6,7 +6,6 @@ treasure. It rests on advice.
 """
 
 from llf_teacher.suite.experiment import TURNS, Experiment
-from llf_teacher.suite.places import ARMS, HOUSE, OPTIONS
 
 _TEACHER = f"only(kinds='fp') | worked_example(n={TURNS}) | early(budget=1)"
 EXPERIMENT = Experiment(
@@ -16,6 +15,4 @@ EXPERIMENT = Experiment(
     reference="reasoner(worlds=64)",
     since=2,
     rests_on=("advice",),
-    ids=(ARMS, HOUSE),
-    options=OPTIONS,
 )

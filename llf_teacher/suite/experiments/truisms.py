@@ -5,7 +5,6 @@ cost as much as the reference loses in silence.
 """
 
 from llf_teacher.suite.experiment import Experiment
-from llf_teacher.suite.places import ARMS, HOUSE, OPTIONS
 
 EXPERIMENT = Experiment(
     ability="is not distracted by words that say nothing",
@@ -15,6 +14,4 @@ EXPERIMENT = Experiment(
     offset=1.0,
     margin=0.2,
     unit=("oracle", "silent"),
-    ids=(ARMS, HOUSE),
-    options=OPTIONS,
 )

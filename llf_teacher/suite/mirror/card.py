@@ -11,7 +11,7 @@ from llf_teacher.suite.mirror.quality import all_qualities
 class TeacherCard(Card):
     """What a teacher is worth to known students; `student` is the spec of the teacher."""
 
-    role: ClassVar[str] = "The teacher"
+    role: ClassVar[str] = "teacher"
     about: ClassVar[str] = "what it is worth to known students"
     scale: ClassVar[str] = "0: nothing of it        1: as the reference"
 
