@@ -109,8 +109,15 @@ def _study_of(students: Sequence[str], asked: Sequence[Experiment], seeds: Seque
         "options": {id: dict(options) for each in asked for id, options in each.options.items() if id in ids},
     }
     if not asked[0].lessons:
-        fewer = {id: {"teachers": [one for each in asked if id in each.ids for one in each.teachers]} for id in ids}
-        return Study(teachers=teachers, students=tuple(dict.fromkeys((*references, *students))), fewer=fewer, **common)
+        whole = tuple(dict.fromkeys((*references, *students)))
+        fewer = {
+            id: {
+                "teachers": [one for each in asked if id in each.ids for one in each.teachers],
+                "students": [one for one in whole if _can_play(one, id, common["options"].get(id, {}))],
+            }
+            for id in ids
+        }
+        return Study(teachers=teachers, students=whole, fewer=fewer, **common)
     able = (each for each in students if parse_student(each).remembers)
     return Study(
         teachers=(TESTER,),  # a study has lessons beside its tests
@@ -123,6 +130,17 @@ def _study_of(students: Sequence[str], asked: Sequence[Experiment], seeds: Seque
         },
         **common,
     )
+
+
+def _can_play(spec: str, id: str, options: Mapping[str, Any]) -> bool:
+    """Whether a student that draws worlds can in this environment; others are known by their episodes."""
+    student, place = parse_student(spec), entry(id)
+    if student.draws_worlds:
+        try:
+            student.seat(place.family, place.family.make_world(**{**place.options, **options}))
+        except ValueError:
+            return False
+    return True
 
 
 def take(

@@ -24,7 +24,7 @@ from llf_teacher.suite.experiment import ORDER
 from llf_teacher.suite.play import QUICK, chosen, seeds_of, studies_of
 from llf_teacher.suite.score import Arms, score
 
-DIGEST = "478051499a08b3cc"
+DIGEST = "0735bd29cfa80b30"
 
 
 def arms(better, worse, unit_better=0.0, unit_worse=10.0, n=20, noise=1.0, seed=0, **more):

@@ -1,7 +1,8 @@
 """Recalls in a later episode what it was taught in an earlier one.
 
 A test without a teacher, in the same world as the lesson before, which had advice or a placebo. Only the test counts.
-It rests on advice, and a student that forgets between episodes is not measured.
+It rests on advice, and, since the test has no teacher, on keeping what was said in silence. A student that forgets
+between episodes is not measured.
 """
 
 from llf_teacher.suite.experiment import Experiment
@@ -12,5 +13,5 @@ EXPERIMENT = Experiment(
     worse="only(kinds='fp') | placebo",
     reference="obedient(forget=False)",
     lessons=1,
-    rests_on=("advice",),
+    rests_on=("advice", "silence"),
 )
