@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import llf_teacher
 from llf_teacher.studies.analysis.power import least_effect
-from llf_teacher.studies.analysis.statistics import holm
+from llf_teacher.studies.analysis.statistics import LEAST, holm
 from llf_teacher.suite.experiment import all_experiments
 from llf_teacher.suite.score import Score
 from teachers.spec import unknown
@@ -173,7 +173,7 @@ class Card:
         try:
             values = json.loads(Path(path).read_text(encoding="utf-8"))
             checksum = values.pop("checksum")
-            lines = tuple(AbilityLine(**each) for each in values["lines"])
+            lines = tuple(_checked(AbilityLine(**each)) for each in values["lines"])
             card = cls(**values | {"lines": lines})
         except (OSError, UnicodeDecodeError, ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
             raise CardError(
@@ -259,12 +259,24 @@ class Card:
         """Write the card in the format of the file's suffix.
 
         Raises:
-            ValueError: there is no such format.
+            ValueError, FileNotFoundError: see `check_file`.
         """
+        check_file(path)
         made = {".json": self.as_json, ".md": self.as_markdown, ".svg": self.as_svg, ".html": self.as_html}
-        if path.suffix not in made:
-            raise ValueError(unknown("format of a card", path.suffix, FORMATS))
         path.write_text(made[path.suffix](), encoding="utf-8")
+
+
+def check_file(path: Path) -> None:
+    """Check, before the suite is played, that a card can be written to this file.
+
+    Raises:
+        ValueError: there is no such format.
+        FileNotFoundError: there is no such folder.
+    """
+    if path.suffix not in FORMATS:
+        raise ValueError(unknown("format of a card", path.suffix, FORMATS))
+    if not path.absolute().parent.is_dir():
+        raise FileNotFoundError(f"the folder {path.absolute().parent} of the card does not exist; make it first")
 
 
 def interval_words(value: float | None, low: float | None, high: float | None, why: str, sign: str = "") -> str:
@@ -294,6 +306,20 @@ def check(path: Path | str, digest: str) -> Card:
             "their scores cannot be compared; take the suite again"
         )
     return card
+
+
+def _checked(line: AbilityLine) -> AbilityLine:
+    """The line, if its numbers are such.
+
+    Raises:
+        ValueError: they are not.
+    """
+    numbers = (line.score, line.low, line.high, line.p, line.finds)
+    if not all(each is None or isinstance(each, int | float) for each in numbers):
+        raise ValueError(f"the line {line.name} must have numbers, got {numbers}")
+    if not isinstance(line.seeds, int) or (line.low is None) != (line.high is None) or 0 < line.seeds < LEAST:
+        raise ValueError(f"the line {line.name} must have an interval by {LEAST} seeds at least, got {line.seeds}")
+    return line
 
 
 def _line(name: str, ability: str, score: Score, p: float | None, tests: int) -> AbilityLine:
