@@ -8,7 +8,7 @@ import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import llf_teacher
 from llf_teacher.studies.analysis.power import least_effect
@@ -16,9 +16,6 @@ from llf_teacher.studies.analysis.statistics import LEAST, holm
 from llf_teacher.suite.experiment import all_experiments
 from llf_teacher.suite.score import Score
 from teachers.spec import unknown
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 FORMATS = (".json", ".md", ".svg", ".html")
 """The suffixes of files that a card can be written to."""
@@ -212,13 +209,14 @@ class Card:
         versions = ", ".join(f"{name} {version}" for name, version in self.versions.items())
         return f"{which}; {played}{paid if cost['answers'] else ''}{failed}; {versions}."
 
-    def figure(self) -> "Figure":
+    def as_svg(self) -> str:
         """A dot with its interval for each ability; 0 is no notice, 1 the reference."""
         from matplotlib import style
         from matplotlib.figure import Figure
 
         from llf_teacher.studies.report.plots import SERIES, STYLE
 
+        file = io.StringIO()
         with style.context(STYLE):
             figure = Figure(figsize=(7.5, 1.0 + 0.34 * len(self.lines)))
             axes = figure.subplots()
@@ -232,20 +230,8 @@ class Card:
             for value, line in ((0, "-"), (1, ":")):
                 axes.axvline(value, color="0.5", linewidth=1, linestyle=line, zorder=0)
             axes.set(yticks=range(len(self.lines)), yticklabels=[each.ability for each in self.lines])
-            axes.set_ylim(len(self.lines) - 0.5, -0.5)
-            axes.set_xlabel(self.scale)
-            axes.set_title(_short(self.student))
-        return figure
-
-    def as_svg(self) -> str:
-        """The picture."""
-        from matplotlib import style
-
-        from llf_teacher.studies.report.plots import STYLE
-
-        file = io.StringIO()
-        with style.context(STYLE):
-            self.figure().savefig(file, format="svg", metadata={"Date": None})
+            axes.set(ylim=(len(self.lines) - 0.5, -0.5), xlabel=self.scale, title=f"{self.student:.70}")
+            figure.savefig(file, format="svg", metadata={"Date": None})
         return file.getvalue()
 
     def as_html(self) -> str:
@@ -353,7 +339,3 @@ def _for_certain(each: AbilityLine) -> bool:
 
 def _checksum(values: Mapping[str, Any]) -> str:
     return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()[:16]
-
-
-def _short(text: str, longest: int = 70) -> str:
-    return text if len(text) <= longest else text[: longest - 1] + "…"

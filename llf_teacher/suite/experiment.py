@@ -71,17 +71,7 @@ def all_experiments() -> Mapping[str, Experiment]:
 
 
 ORDER = (
-    "advice",
-    "warnings",
-    "praise",
-    "blame",
-    "late",
-    "hints",
-    "silence",
-    "recall",
-    "rules",
-    "voice",
-    "truisms",
-    "turncoat",
+    *("advice", "warnings", "praise", "blame", "late", "hints"),
+    *("silence", "recall", "rules", "voice", "truisms", "turncoat"),
 )
 """The names in the order of a card."""

@@ -2,8 +2,9 @@
 
 import hashlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,6 @@ from llf_teacher.studies.execution.limits import Limits
 from llf_teacher.studies.execution.runner import RunOptions
 from llf_teacher.suite.card import Card
 from llf_teacher.suite.experiment import TURNS
-from llf_teacher.suite.mirror.card import TeacherCard
 from llf_teacher.suite.mirror.quality import Quality, TaughtEpisode, TaughtWorld, all_qualities
 from llf_teacher.suite.places import OPTIONS
 from llf_teacher.suite.play import named, played, seeds_of
@@ -32,6 +32,20 @@ SEEDS, QUICK_SEEDS = 20, 10
 FAILURES = 3
 """Failures after which no more lessons begin: a quality that lacks a world is not measured anyway."""
 _HERE = Path(__file__).parent
+
+
+@dataclass(frozen=True, kw_only=True)
+class TeacherCard(Card):
+    """What a teacher is worth to known students; `student` is the spec of the teacher."""
+
+    role: ClassVar[str] = "teacher"
+    about: ClassVar[str] = "what it is worth to known students"
+    scale: ClassVar[str] = "0: nothing of it        1: as the reference"
+
+    @classmethod
+    def ability_of(cls, name: str) -> str:
+        """What a teacher with the quality does."""
+        return all_qualities()[name].ability
 
 
 def digest() -> str:
@@ -48,15 +62,6 @@ def digest_for(path: Path | str) -> str:
         CardError: it is no card, or was changed.
     """
     return digest() if Card.load(path).suite == VERSION else suite.digest()
-
-
-def chosen(names: Sequence[str] = ()) -> dict[str, Quality]:
-    """The qualities of these names; without names all.
-
-    Raises:
-        ValueError: an unknown name.
-    """
-    return named("quality", names, all_qualities())
 
 
 def take(
@@ -85,7 +90,7 @@ def take(
             teacher needs.
         StudyError: the episodes cannot go on; those so far are stored.
     """
-    spec, asked = teacher_spec(teacher), chosen(names)
+    spec, asked = teacher_spec(teacher), named("quality", names, all_qualities())
     number = (QUICK_SEEDS if quick else SEEDS) if worlds is None else worlds
     check_range("worlds", number, LEAST, SEEDS, int)
     seeds = seeds_of(key)[:number]
@@ -176,5 +181,4 @@ def _scored(quality: Quality, teacher: str, lessons: _Lessons, seeds: Sequence[i
         for id, each in found.items()
     }
     scored = score(arms)
-    reasons = (*(f"{id}: {each}" for id, each in why.items()), *([scored.why] if scored.why else ()))
-    return scored._replace(why="; ".join(reasons))
+    return scored._replace(why="; ".join((*(f"{id}: {each}" for id, each in why.items()), *filter(None, [scored.why]))))
