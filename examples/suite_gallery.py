@@ -36,6 +36,8 @@ OTHERS = {
 """By name, in place of the default."""
 LEAST = 5
 """Students with a score, below which there is no rank correlation."""
+DISTINCT = 3
+"""Different scores, below which there is none, too."""
 SHOWN = -1.0, 2.0
 """The scores on an axis."""
 
@@ -61,7 +63,7 @@ def scores(cards: Sequence[Card]) -> NDArray[np.float64]:
 def alike(first: NDArray[np.float64], second: NDArray[np.float64]) -> str:
     """The rank correlation of scores that are on both sides, as text."""
     both = np.isfinite(first) & np.isfinite(second)
-    if both.sum() < LEAST or not (np.ptp(first[both]) and np.ptp(second[both])):
+    if both.sum() < LEAST or min(len(np.unique(each[both].round(9))) for each in (first, second)) < DISTINCT:
         return f"none ({both.sum()} students)"
     return f"{spearmanr(first[both], second[both]).statistic:.3f} ({both.sum()})"
 
