@@ -1,10 +1,11 @@
 """Whether the suite measures what it says: the score that known defects cost in each experiment.
 
-    python examples/check_suite.py --pairs 8 --plot docs/suite.png
+    python examples/check_suite.py --pairs 20 --plot docs/suite.png
 
 A student with an ability gets a trait that takes it away, at three strengths. At full strength the score of that
 ability should fall by 0.8 of it at least, and no other by more than 0.2, but those that rest on it. With `--pairs` each
-two of these traits are tried together.
+two of these traits are tried together. An ability of a pair that rests on the other is not judged: without advice there
+is nothing left to be confused about, and so `voice`, `truisms` and `turncoat` may rise.
 """
 
 import argparse
@@ -34,7 +35,7 @@ DEFECTS = {
     "late": ("defects:MissesThePast(p={})", (1 / 3, 2 / 3, 1)),
     "hints": ("defects:MissesHints(p={})", (1 / 3, 2 / 3, 1)),
     "silence": ("defects:ForgetsInSilence(p={})", (0.05, 0.2, 1)),  # in each of ten turns
-    "recall": ("defects:ForgetsOvernight(p={})", (1 / 3, 2 / 3, 1)),
+    "recall": ("defects:ForgetsLessons(p={})", (1 / 3, 2 / 3, 1)),
     "rules": ("defects:MissesRules(p={})", (1 / 3, 2 / 3, 1)),
     "voice": ("defects:MissesTone(p={})", (1 / 3, 2 / 3, 1)),
     "truisms": ("defects:Distracted(p={})", (1 / 3, 2 / 3, 1)),
@@ -126,10 +127,11 @@ def wrong(lost: Numbers, whole: Numbers, defects: Sequence[str]) -> list[str]:
     """What is not as it should be with these defects together."""
     found, together = [], " and ".join(defects)
     for name, less, score in zip(all_experiments(), lost, whole, strict=True):
+        rests = bool(bases(name).intersection(defects))
         if name in defects:
-            if not less >= LEAST * score:
+            if not rests and not less >= LEAST * score:
                 found.append(f"{name}: without {together} it loses {less:.2f} of {score:.2f}")
-        elif less > MOST and not bases(name).intersection(defects):
+        elif less > MOST and not rests:
             found.append(f"{name}: without {together} it loses {less:.2f}, and does not declare it")
     return found
 

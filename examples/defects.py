@@ -78,17 +78,18 @@ class ForgetsInSilence(Defect):
         return scene.memory.get("said", -1) < scene.turn - 1 and scene.happens(self.p)
 
 
-class ForgetsOvernight(Defect):
-    """Forgets all earlier episodes in the second turn of one in which no feedback has been given."""
+class ForgetsLessons(Defect):
+    """Knows nothing of earlier episodes: acts at random until the first feedback of this one."""
 
     def hear(self, atom: Atom, scene: Scene) -> Claim[Any] | None:
         """The claim; that feedback was given is kept."""
         scene.memory["taught"] = scene.memory.get("taught", False) or atom.kind is not None
         return atom.claim
 
-    def forgets(self, scene: Scene) -> bool:
-        """Whether it does."""
-        return scene.turn == 1 and not scene.memory.get("taught") and scene.happens(self.p)
+    def act(self, action: Any, scene: Scene) -> Any:
+        """The action, or a random one."""
+        lost = not scene.memory.get("taught") and scene.happens(self.p)
+        return scene.as_given(scene.world.sample_action(scene.rng)) if lost else action
 
 
 class Distracted(Defect):
@@ -108,6 +109,6 @@ class Distracted(Defect):
 
 @cache
 def _plain(world: type) -> Phrasebook:
-    """The plain phrases of the family of a world, whose module has its name."""
-    name = world.__module__.rpartition(".")[2]
-    return next(each.phrasebook() for each in all_families() if each.name == name)
+    """The plain phrases of the family of a world, whose module or package has its name."""
+    names = world.__module__.split(".")
+    return next(each.phrasebook() for each in all_families() if each.name in names)

@@ -36,6 +36,10 @@ OTHERS = {
 """By name, in place of the default."""
 LEAST = 5
 """Students with a score, below which there is no rank correlation."""
+DISTINCT = 3
+"""Different scores, below which there is none, too."""
+SHOWN = -1.0, 2.0
+"""The scores on an axis."""
 
 
 def students() -> list[str]:
@@ -59,7 +63,7 @@ def scores(cards: Sequence[Card]) -> NDArray[np.float64]:
 def alike(first: NDArray[np.float64], second: NDArray[np.float64]) -> str:
     """The rank correlation of scores that are on both sides, as text."""
     both = np.isfinite(first) & np.isfinite(second)
-    if both.sum() < LEAST or not (np.ptp(first[both]) and np.ptp(second[both])):
+    if both.sum() < LEAST or min(len(np.unique(each[both].round(9))) for each in (first, second)) < DISTINCT:
         return f"none ({both.sum()} students)"
     return f"{spearmanr(first[both], second[both]).statistic:.3f} ({both.sum()})"
 
@@ -72,38 +76,36 @@ def by_family(cards: Sequence[Card], name: str) -> tuple[NDArray[np.float64], ND
     return one, other
 
 
-def table(cards: Sequence[Card]) -> str:
-    """The scores in Markdown."""
-    names = list(all_experiments())
-    lines = [["student", *names], ["---"] * (len(names) + 1)]
+def table(cards: Sequence[Card], role: str = "student") -> str:
+    """The scores in Markdown; empty: not measured."""
+    names = [each.name for each in cards[0].lines]
+    lines = [[role, *names], ["---"] * (len(names) + 1)]
     for card in cards:
-        lines.append([f"`{card.student}`", *("" if e.score is None else f"{e.score:.2f}" for e in card.lines)])
+        spec = card.student.replace("|", "\\|")  # in a table
+        lines.append([f"`{spec}`", *("" if e.score is None else f"{e.score:.2f}" for e in card.lines)])
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
-def plot(cards: Sequence[Card]) -> Figure:
-    """An axis for each ability, with a dot and an interval for each student."""
-    names, rows = list(all_experiments()), range(len(cards))
-    columns = 4
-    figure = Figure(figsize=(13, 1.2 + 0.21 * len(cards) * -(-len(names) // columns)), layout="constrained")
-    axes = figure.subplots(-(-len(names) // columns), columns, sharey=True)
+def plot(cards: Sequence[Card], columns: int = 4) -> Figure:
+    """An axis for each ability, with a dot and an interval for each card."""
+    names, rows = [each.name for each in cards[0].lines], range(len(cards))
+    height = -(-len(names) // columns)
+    figure = Figure(figsize=(13, 1.2 + 0.21 * len(cards) * height), layout="constrained")
+    axes = figure.subplots(height, columns, sharey=True)
     for ax, name, i in zip(axes.flat, names, range(len(names)), strict=False):
-        for row, card in zip(rows, cards, strict=True):
-            line = card.lines[i]
+        for row, line in zip(rows, (card.lines[i] for card in cards), strict=True):
             if line.score is None:
                 continue
             if line.low is not None and line.high is not None:
-                ax.plot(np.clip([line.low, line.high], -1, 2), [row, row], color="C0", linewidth=1.6)
-            if -1 <= line.score <= 2:
-                ax.plot(line.score, row, "o", color="C0", markersize=4)
-            else:
-                ax.plot(min(max(line.score, -1), 2), row, "<" if line.score < -1 else ">", color="C0", markersize=5)
+                ax.plot(np.clip([line.low, line.high], *SHOWN), [row, row], color="C0", linewidth=1.6)
+            beyond = "<" if line.score < SHOWN[0] else ">" if line.score > SHOWN[1] else "o"
+            ax.plot(np.clip(line.score, *SHOWN), row, beyond, color="C0", markersize=4)
         for value, style in ((0, "-"), (1, ":")):
             ax.axvline(value, color="0.6", linewidth=0.8, linestyle=style, zorder=0)
-        ax.set(title=name, xlim=(-1.1, 2.1), ylim=(len(cards) - 0.5, -0.5))
+        ax.set(title=name, xlim=(SHOWN[0] - 0.1, SHOWN[1] + 0.1), ylim=(len(cards) - 0.5, -0.5))
         ax.set_yticks(rows, [card.student for card in cards], fontsize=8)
         ax.grid(axis="y", linewidth=0.3)
-    figure.suptitle("0: takes no notice, 1: as the reference; no dot: not measured; triangle: beyond the axis")
+    figure.suptitle(f"{cards[0].scale}; no dot: not measured; triangle: beyond the axis")
     return figure
 
 

@@ -6,15 +6,13 @@
 """
 
 import argparse
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
+from suite_gallery import plot, table
 
-from llf_teacher.suite.card import Card
-from llf_teacher.suite.mirror import all_qualities, take
+from llf_teacher.suite.mirror import take
 
 TEACHERS = (
     "oracle",
@@ -33,7 +31,6 @@ TEACHERS = (
     "comparing",
     "teacher_gallery:Learning",
 )
-LEAST, MOST = -1.0, 2.0
 
 
 class Learning:
@@ -51,37 +48,6 @@ class Learning:
         erred = any(atom.kind == "hn" for atom in said.atoms)
         self._wrong, self._right = self._wrong + erred, self._right + (not erred)
         return said if self._rng.beta(self._wrong, self._right) > self._rng.random() else ""
-
-
-def table(cards: Sequence[Card]) -> str:
-    """The scores in Markdown; empty: not measured."""
-    names = list(all_qualities())
-    lines = [["teacher", *names], ["---"] * (len(names) + 1)]
-    for card in cards:
-        scores = ["" if each.score is None else f"{each.score:.2f}" for each in card.lines]
-        lines.append([f"`{card.student}`".replace("|", "then"), *scores])
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
-
-
-def plot(cards: Sequence[Card]) -> Figure:
-    """An axis for each quality, with a dot and an interval for each teacher."""
-    names, rows = list(all_qualities()), range(len(cards))
-    figure = Figure(figsize=(13, 8), layout="constrained")
-    for i, (ax, name) in enumerate(zip(figure.subplots(2, 5, sharey=True).flat, names, strict=True)):
-        for row, line in zip(rows, (card.lines[i] for card in cards), strict=True):
-            if line.score is None:
-                continue
-            if line.low is not None and line.high is not None:
-                ax.plot(np.clip([line.low, line.high], LEAST, MOST), [row, row], color="C0", linewidth=1.6)
-            beyond = "<" if line.score < LEAST else ">" if line.score > MOST else "o"
-            ax.plot(np.clip(line.score, LEAST, MOST), row, beyond, color="C0", markersize=4)
-        for value, style in ((0, "-"), (1, ":")):
-            ax.axvline(value, color="0.6", linewidth=0.8, linestyle=style, zorder=0)
-        ax.set(title=name, xlim=(LEAST - 0.1, MOST + 0.1), ylim=(len(cards) - 0.5, -0.5))
-        ax.set_yticks(rows, [card.student for card in cards], fontsize=8)
-        ax.grid(axis="y", linewidth=0.3)
-    figure.suptitle("0: nothing of it, 1: as the reference; no dot: not measured; triangle: beyond the axis")
-    return figure
 
 
 def main() -> None:
@@ -102,9 +68,9 @@ def main() -> None:
         if args.cards is not None:
             args.cards.mkdir(parents=True, exist_ok=True)
             cards[-1].write(args.cards / f"{i:02}.json")
-    print(f"\n{table(cards)}")
+    print(f"\n{table(cards, 'teacher')}")
     if args.plot is not None:
-        plot(cards).savefig(args.plot, dpi=90)
+        plot(cards, 5).savefig(args.plot, dpi=90)
 
 
 if __name__ == "__main__":

@@ -155,11 +155,10 @@ def test_a_model_learns_what_the_teachers_words_mean(tmp_path):
 
 @pytest.mark.full
 def test_check_suite(tmp_path):
-    """Each known defect takes its ability away, and no other that does not rest on it, but for docs/suite.md's two."""
+    """Each known defect takes its ability away, and no other that does not rest on it; chance may spoil one cell."""
     out = printed("check_suite", "--keys", "test", "--store", tmp_path / "it.db", "--plot", tmp_path / "it.png")
     (faults,) = re.findall("Faults with test: (.*)", out)
-    known = ("recall: without silence it loses", "late: without recall it loses")
-    assert faults == "none" or all(any(each in fault for each in known) for fault in faults.split("; ")), faults
+    assert faults.count(";") == 0, faults
     assert (tmp_path / "it.png").stat().st_size > 10_000
 
 

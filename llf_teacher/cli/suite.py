@@ -69,10 +69,12 @@ def suite(
         )
     from llf_teacher.studies.definition.custom_specs import student_spec
     from llf_teacher.suite import mirror, take
-    from llf_teacher.suite.card import FINDS
+    from llf_teacher.suite.card import FINDS, check_file
     from llf_teacher.suite.estimate import estimate
 
     search_here()
+    for path in card or ():
+        check_file(path)
     console = Console(emoji=False, stderr=True, markup=False)
     if student is not None:
         before = estimate(student_spec(student), only or (), quick, key)

@@ -5,20 +5,17 @@ import io
 import json
 import math
 import platform
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import llf_teacher
 from llf_teacher.studies.analysis.power import least_effect
-from llf_teacher.studies.analysis.statistics import holm
+from llf_teacher.studies.analysis.statistics import LEAST, holm
 from llf_teacher.suite.experiment import all_experiments
 from llf_teacher.suite.score import Score
 from teachers.spec import unknown
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 FORMATS = (".json", ".md", ".svg", ".html")
 """The suffixes of files that a card can be written to."""
@@ -69,11 +66,7 @@ class AbilityLine:
     @property
     def words(self) -> str:
         """The score as text."""
-        if self.score is None:
-            return f"not measured: {self.why}"
-        if self.low is None:
-            return f"{self.score:.2f} (no interval: {self.why})"
-        return f"{self.score:.2f} [{self.low:.2f}, {self.high:.2f}]"
+        return interval_words(self.score, self.low, self.high, self.why)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,7 +91,7 @@ class Card:
     """The reason of the first of these."""
     versions: Mapping[str, str]
 
-    role: ClassVar[str] = "The student"
+    role: ClassVar[str] = "student"
     about: ClassVar[str] = "what it can do with feedback"
     scale: ClassVar[str] = "0: takes no notice        1: as the reference"
 
@@ -112,35 +105,30 @@ class Card:
         cls,
         student: str,
         scores: Mapping[str, Score],
-        *,
-        suite: str,
-        digest: str,
-        rows: Iterable[Mapping[str, Any]],
-        failures: int = 0,
-        error: str = "",
-        key: str = "",
-        quick: bool = False,
+        rows: Sequence[Mapping[str, Any]],
+        lost: Sequence[Mapping[str, Any]],
+        **settings: Any,
     ) -> Self:
-        """The card of scores; `rows` are the student's episodes."""
+        """The card of scores, from the rows of episodes and failures of this student and of others.
+
+        Settings are `suite`, `digest`, `key` and `quick`.
+        """
         measured = [name for name, each in scores.items() if each.measured]
         adjusted = dict(zip(measured, holm([scores[name].p for name in measured]), strict=True))
-        played = list(rows)
+        played, failed = ([row for row in each if row[cls.role] == student] for each in (rows, lost))
         counted = ("turns", "answers", "input_tokens", "output_tokens", "usd")
         cost = {name: math.fsum(row.get(name) or 0 for row in played) for name in counted}
         return cls(
-            suite=suite,
-            digest=digest,
             student=student,
-            quick=quick,
-            key=key,
             lines=tuple(
                 _line(name, cls.ability_of(name), each, adjusted.get(name), len(measured))
                 for name, each in scores.items()
             ),
             cost={"episodes": float(len(played)), **cost},
-            failures=failures,
-            error=error,
+            failures=len(failed),
+            error=f"{failed[0]['error']}" if failed else "",
             versions={"llf-teacher": llf_teacher.__version__, "python": platform.python_version()},
+            **settings,
         )
 
     def sentences(self) -> list[str]:
@@ -154,7 +142,7 @@ class Card:
         )
         unmeasured = [each for each in self.lines if each.score is None]
         said = [
-            f"{self.role} {shown[0].ability}: {shown[0].words}."
+            f"The {self.role} {shown[0].ability}: {shown[0].words}."
             if shown
             else "No ability differs significantly from none."
         ]
@@ -182,7 +170,7 @@ class Card:
         try:
             values = json.loads(Path(path).read_text(encoding="utf-8"))
             checksum = values.pop("checksum")
-            lines = tuple(AbilityLine(**each) for each in values["lines"])
+            lines = tuple(_checked(AbilityLine(**each)) for each in values["lines"])
             card = cls(**values | {"lines": lines})
         except (OSError, UnicodeDecodeError, ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
             raise CardError(
@@ -221,13 +209,14 @@ class Card:
         versions = ", ".join(f"{name} {version}" for name, version in self.versions.items())
         return f"{which}; {played}{paid if cost['answers'] else ''}{failed}; {versions}."
 
-    def figure(self) -> "Figure":
+    def as_svg(self) -> str:
         """A dot with its interval for each ability; 0 is no notice, 1 the reference."""
         from matplotlib import style
         from matplotlib.figure import Figure
 
         from llf_teacher.studies.report.plots import SERIES, STYLE
 
+        file = io.StringIO()
         with style.context(STYLE):
             figure = Figure(figsize=(7.5, 1.0 + 0.34 * len(self.lines)))
             axes = figure.subplots()
@@ -241,42 +230,48 @@ class Card:
             for value, line in ((0, "-"), (1, ":")):
                 axes.axvline(value, color="0.5", linewidth=1, linestyle=line, zorder=0)
             axes.set(yticks=range(len(self.lines)), yticklabels=[each.ability for each in self.lines])
-            axes.set_ylim(len(self.lines) - 0.5, -0.5)
-            axes.set_xlabel(self.scale)
-            axes.set_title(_short(self.student))
-        return figure
-
-    def as_svg(self) -> str:
-        """The picture."""
-        from matplotlib import style
-
-        from llf_teacher.studies.report.plots import STYLE
-
-        file = io.StringIO()
-        with style.context(STYLE):
-            self.figure().savefig(file, format="svg", metadata={"Date": None})
+            axes.set(ylim=(len(self.lines) - 0.5, -0.5), xlabel=self.scale, title=f"{self.student:.70}")
+            figure.savefig(file, format="svg", metadata={"Date": None})
         return file.getvalue()
 
     def as_html(self) -> str:
         """A page that stands alone."""
         from llf_teacher.theme import pages, style
 
-        return (
-            pages("llf_teacher.suite")
-            .get_template("card.html.j2")
-            .render(card=self, finds=FINDS, style=style(), picture=self.as_svg()[self.as_svg().index("<svg") :])
-        )
+        page, picture = pages("llf_teacher.suite").get_template("card.html.j2"), self.as_svg()
+        return page.render(card=self, finds=FINDS, style=style(), picture=picture[picture.index("<svg") :])
 
     def write(self, path: Path) -> None:
         """Write the card in the format of the file's suffix.
 
         Raises:
-            ValueError: there is no such format.
+            ValueError, FileNotFoundError: see `check_file`.
         """
+        check_file(path)
         made = {".json": self.as_json, ".md": self.as_markdown, ".svg": self.as_svg, ".html": self.as_html}
-        if path.suffix not in made:
-            raise ValueError(unknown("format of a card", path.suffix, FORMATS))
         path.write_text(made[path.suffix](), encoding="utf-8")
+
+
+def check_file(path: Path) -> None:
+    """Check, before the suite is played, that a card can be written to this file.
+
+    Raises:
+        ValueError: there is no such format.
+        FileNotFoundError: there is no such folder.
+    """
+    if path.suffix not in FORMATS:
+        raise ValueError(unknown("format of a card", path.suffix, FORMATS))
+    if not path.absolute().parent.is_dir():
+        raise FileNotFoundError(f"the folder {path.absolute().parent} of the card does not exist; make it first")
+
+
+def interval_words(value: float | None, low: float | None, high: float | None, why: str, sign: str = "") -> str:
+    """A value with its interval as text, or why there is none; `sign` is that of a format."""
+    if value is None:
+        return f"not measured: {why}"
+    if low is None or high is None:
+        return f"{value:{sign}.2f} (no interval: {why})"
+    return f"{value:{sign}.2f} [{low:{sign}.2f}, {high:{sign}.2f}]"
 
 
 def chance_words(p: float | None) -> str:
@@ -297,6 +292,20 @@ def check(path: Path | str, digest: str) -> Card:
             "their scores cannot be compared; take the suite again"
         )
     return card
+
+
+def _checked(line: AbilityLine) -> AbilityLine:
+    """The line, if its numbers are such.
+
+    Raises:
+        ValueError: they are not.
+    """
+    numbers = (line.score, line.low, line.high, line.p, line.finds)
+    if not all(each is None or isinstance(each, int | float) for each in numbers):
+        raise ValueError(f"the line {line.name} must have numbers, got {numbers}")
+    if not isinstance(line.seeds, int) or (line.low is None) != (line.high is None) or 0 < line.seeds < LEAST:
+        raise ValueError(f"the line {line.name} must have an interval by {LEAST} seeds at least, got {line.seeds}")
+    return line
 
 
 def _line(name: str, ability: str, score: Score, p: float | None, tests: int) -> AbilityLine:
@@ -330,7 +339,3 @@ def _for_certain(each: AbilityLine) -> bool:
 
 def _checksum(values: Mapping[str, Any]) -> str:
     return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()[:16]
-
-
-def _short(text: str, longest: int = 70) -> str:
-    return text if len(text) <= longest else text[: longest - 1] + "…"

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from scipy import stats
 
 from llf_teacher.studies.analysis.statistics import LEVEL, holm
-from llf_teacher.suite.card import AbilityLine, Card, CardError, check
+from llf_teacher.suite.card import AbilityLine, Card, CardError, check, interval_words
 
 
 class CardDifference(NamedTuple):
@@ -27,11 +27,7 @@ class CardDifference(NamedTuple):
     @property
     def words(self) -> str:
         """The difference as text."""
-        if self.value is None:
-            return f"not measured: {self.why}"
-        if self.low is None:
-            return f"{self.value:+.2f} (no interval: {self.why})"
-        return f"{self.value:+.2f} [{self.low:+.2f}, {self.high:+.2f}]"
+        return interval_words(self.value, self.low, self.high, self.why, "+")
 
 
 def compare(first: Path | str, second: Path | str, digest: str) -> list[CardDifference]:
@@ -59,25 +55,23 @@ def compare(first: Path | str, second: Path | str, digest: str) -> list[CardDiff
 
 
 def _difference(first: AbilityLine, second: AbilityLine) -> CardDifference:
-    empty = CardDifference(first.name, first.ability, None, None, None, None, "")
-    for which, line in (("first", first), ("second", second)):
-        if line.score is None:
-            return empty._replace(why=f"{which} card: {line.why}")
-    assert first.score is not None and second.score is not None  # noqa: S101, PT018  # for the types
-    value = second.score - first.score
-    for which, line in (("first", first), ("second", second)):
-        if line.low is None:
-            return empty._replace(value=value, why=f"{which} card: {line.why}")
+    lines = {"first card": first, "second card": second}
+    difference = CardDifference(first.name, first.ability, None, None, None, None, "")
+    if first.score is None or second.score is None:
+        return difference._replace(why=next(f"{of}: {each.why}" for of, each in lines.items() if each.score is None))
+    difference = difference._replace(value=(value := second.score - first.score))
+    if first.low is None or second.low is None:
+        return difference._replace(why=next(f"{of}: {each.why}" for of, each in lines.items() if each.low is None))
     squares = [_error(line) ** 2 for line in (first, second)]
     whole = sum(squares)
     if not whole:  # neither score varies
-        return empty._replace(value=value, low=value, high=value, p=float(value == 0))
+        return difference._replace(low=value, high=value, p=float(value == 0))
     freedom = whole**2 / sum(
         square**2 / (line.seeds - 1) for square, line in zip(squares, (first, second), strict=True)
     )
     half = float(stats.t.ppf((1 + LEVEL) / 2, freedom)) * whole**0.5
     p = float(2 * stats.t.sf(abs(value) / whole**0.5, freedom))
-    return empty._replace(value=value, low=value - half, high=value + half, p=p)
+    return difference._replace(low=value - half, high=value + half, p=p)
 
 
 def _error(line: AbilityLine) -> float:

@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Any
 
 from llf_teacher.suite import experiments
+from llf_teacher.suite.places import ARMS, HOUSE, OPTIONS
 
 TURNS = 12
 """Turns of every lesson, at most."""
@@ -29,10 +30,10 @@ class Experiment:
     """Spec of the teacher whose lessons a student with the ability loses less in."""
     worse: str
     """Spec of the other teacher: usually the same words' number and length without a meaning."""
-    ids: Sequence[str]
-    """Environments, of two families at least."""
     reference: str
     """Spec of the student whose contrast is the unit."""
+    ids: Sequence[str] = (ARMS, HOUSE)
+    """Environments, of two families at least."""
     since: int = 0
     """Number of turns at the start whose regret does not count."""
     offset: float = 0.0
@@ -43,7 +44,7 @@ class Experiment:
     """Specs of the better and the worse teacher of the unit; None: those of the contrast."""
     rests_on: Sequence[str] = ()
     """Names of experiments without whose ability this one cannot be had."""
-    options: Mapping[str, Mapping[str, Any]] = field(default_factory=lambda: MappingProxyType({}))
+    options: Mapping[str, Mapping[str, Any]] = field(default_factory=lambda: OPTIONS)
     """Options of the environments' worlds, by id; an id has the same in all experiments without `lessons`."""
     lessons: int = 0
     """Number of earlier episodes with the teachers; what is measured is then a test after them without a teacher."""
@@ -70,17 +71,7 @@ def all_experiments() -> Mapping[str, Experiment]:
 
 
 ORDER = (
-    "advice",
-    "warnings",
-    "praise",
-    "blame",
-    "late",
-    "hints",
-    "silence",
-    "recall",
-    "rules",
-    "voice",
-    "truisms",
-    "turncoat",
+    *("advice", "warnings", "praise", "blame", "late", "hints"),
+    *("silence", "recall", "rules", "voice", "truisms", "turncoat"),
 )
 """The names in the order of a card."""

@@ -2,12 +2,13 @@
 
 import hashlib
 import json
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +37,7 @@ few turns, by 5 to 12 standard errors; that of praise, blame and what is late by
 """
 FIRST_SEED = 500_000
 """First seed of the suite without a key."""
+T = TypeVar("T")
 
 
 def digest() -> str:
@@ -59,13 +61,21 @@ def chosen(names: Sequence[str] = (), quick: bool = False) -> dict[str, Experime
     Raises:
         ValueError: an unknown name.
     """
-    there = all_experiments()
+    if quick and not names:
+        return {name: replace(all_experiments()[name], ids=(id,)) for name, id in QUICK.items()}
+    return named("experiment", names, all_experiments())
+
+
+def named(what: str, names: Sequence[str], there: Mapping[str, T]) -> dict[str, T]:
+    """Those of these names, in the order of all; without names all.
+
+    Raises:
+        ValueError: an unknown name of `what`.
+    """
     for name in names:
         if name not in there:
-            raise ValueError(unknown("experiment", name, there))
-    if quick and not names:
-        return {name: replace(there[name], ids=(id,)) for name, id in QUICK.items()}
-    return {name: there[name] for name in there if name in (names or there)}
+            raise ValueError(unknown(what, name, there))
+    return {name: each for name, each in there.items() if name in (names or there)}
 
 
 def studies_of(
@@ -99,8 +109,15 @@ def _study_of(students: Sequence[str], asked: Sequence[Experiment], seeds: Seque
         "options": {id: dict(options) for each in asked for id, options in each.options.items() if id in ids},
     }
     if not asked[0].lessons:
-        fewer = {id: {"teachers": [one for each in asked if id in each.ids for one in each.teachers]} for id in ids}
-        return Study(teachers=teachers, students=tuple(dict.fromkeys((*references, *students))), fewer=fewer, **common)
+        whole = tuple(dict.fromkeys((*references, *students)))
+        fewer = {
+            id: {
+                "teachers": [one for each in asked if id in each.ids for one in each.teachers],
+                "students": [one for one in whole if _can_play(one, id, common["options"].get(id, {}))],
+            }
+            for id in ids
+        }
+        return Study(teachers=teachers, students=whole, fewer=fewer, **common)
     able = (each for each in students if parse_student(each).remembers)
     return Study(
         teachers=(TESTER,),  # a study has lessons beside its tests
@@ -113,6 +130,17 @@ def _study_of(students: Sequence[str], asked: Sequence[Experiment], seeds: Seque
         },
         **common,
     )
+
+
+def _can_play(spec: str, id: str, options: Mapping[str, Any]) -> bool:
+    """Whether a student that draws worlds can in this environment; others are known by their episodes."""
+    student, place = parse_student(spec), entry(id)
+    if student.draws_worlds:
+        try:
+            student.seat(place.family, place.family.make_world(**{**place.options, **options}))
+        except ValueError:
+            return False
+    return True
 
 
 def take(
@@ -143,17 +171,9 @@ def take(
         StudyError: the episodes cannot go on, such as after a spending limit; those so far are stored.
     """
     spec, experiments, seeds = student_spec(student), chosen(names, quick), seeds_of(key, quick)
-    options = RunOptions(limits=Limits(turn_seconds=turn_seconds), retry_failed=True)
     studies = studies_of([spec], experiments, seeds, QUICK_TURNS if quick else TURNS)
-    keys = [{each.key for each in study.episodes()} for study in studies]
-    before, total = 0, sum(map(len, keys))
-    for study, own in zip(studies, keys, strict=True):
-        run(study, store, workers, progress and partial(_add, progress, before, total), options).close()
-        before += len(own)
-    wanted = set[str]().union(*keys)
-    with load(store) as results:
-        rows = [row for row in results.rows() if row["key"] in wanted]
-        lost = [each for each in results.failures() if each["key"] in wanted and each["student"] == spec]
+    options = RunOptions(limits=Limits(turn_seconds=turn_seconds), retry_failed=True)
+    rows, lost = played(studies, store, workers, progress, options)
     forgets = not parse_student(spec).remembers
     scores = {
         name: Score(np.nan, why="the student does not remember earlier episodes")
@@ -161,17 +181,36 @@ def take(
         else scored(each, spec, rows, seeds)
         for name, each in experiments.items()
     }
-    return Card.of(
-        spec,
-        scores,
-        suite=VERSION,
-        digest=digest(),
-        rows=[row for row in rows if row["student"] == spec],
-        failures=len(lost),
-        error=f"{lost[0]['error']}" if lost else "",
-        key=key,
-        quick=quick,
-    )
+    return Card.of(spec, scores, rows, lost, suite=VERSION, digest=digest(), key=key, quick=quick)
+
+
+def played(
+    studies: Iterable[Study],
+    store: Path | str,
+    workers: int | None,
+    progress: Callable[[int, int], None] | None,
+    options: RunOptions,
+    most: float = math.inf,
+) -> tuple[list[Mapping[str, Any]], list[Mapping[str, Any]]]:
+    """Play what the store lacks of the studies, and give the rows of their episodes and of those that failed.
+
+    Args:
+        studies: in the order in which they are played.
+        store, workers, progress: as in `take`; the progress is that of all studies.
+        options: of the runner.
+        most: number of failures, after which no other study begins.
+    """
+    each_keys = [(study, {each.key for each in study.episodes()}) for study in studies]
+    keys, done = set[str]().union(*(own for _, own in each_keys)), 0
+    lost: list[Mapping[str, Any]] = []
+    for study, own in each_keys:
+        with run(study, store, workers, progress and partial(_add, progress, done, len(keys)), options) as results:
+            lost += [each for each in results.failures() if each["key"] in own]
+        done += len(own)
+        if len(lost) >= most:
+            break
+    with load(store) as results:
+        return [row for row in results.rows() if row["key"] in keys], lost
 
 
 def _add(progress: Callable[[int, int], None], before: int, total: int, done: int, _: int) -> None:

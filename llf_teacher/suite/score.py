@@ -111,6 +111,6 @@ def score(arms: Mapping[str, Arms], offset: float = 0.0, margin: float | None = 
         len(together),
         float(together.std(ddof=1)),
         {id: float(offset + sign * ratio) for id, ratio in zip(there, ratios[:, 0], strict=True)},
-        why or (linear.why if low != low else ""),  # NaN
+        "; ".join(each for each in (why, linear.why if low != low else "") if each),  # NaN
         None if margin is None else bool(1 - margin < low and high < 1 + margin),
     )

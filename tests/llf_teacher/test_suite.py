@@ -24,7 +24,7 @@ from llf_teacher.suite.experiment import ORDER
 from llf_teacher.suite.play import QUICK, chosen, seeds_of, studies_of
 from llf_teacher.suite.score import Arms, score
 
-DIGEST = "478051499a08b3cc"
+DIGEST = "0735bd29cfa80b30"
 
 
 def arms(better, worse, unit_better=0.0, unit_worse=10.0, n=20, noise=1.0, seed=0, **more):
@@ -120,6 +120,33 @@ def test_a_card_is_read_as_it_was_written(store, tmp_path):
     assert "takes advice" in (tmp_path / "card.html").read_text()
     with pytest.raises(ValueError, match=r"allowed: \.json"):
         card.write(tmp_path / "card.png")
+    with pytest.raises(FileNotFoundError, match=r"folder .*none of the card does not exist"):
+        card.write(tmp_path / "none" / "card.json")
+
+
+@pytest.mark.parametrize(
+    ("change", "why"), [({"low": "a"}, "must have numbers"), ({"seeds": 1}, "by 5 seeds at least")]
+)
+def test_a_card_whose_lines_cannot_be_is_refused(tmp_path, store, change, why):
+    """Though its checksum fits."""
+    card = take("obedient", store, ["advice"], quick=True, workers=1)
+    replace(card, lines=[replace(card.lines[0], **change)]).write(tmp_path / "card.json")
+    with pytest.raises(CardError, match=why):
+        Card.load(tmp_path / "card.json")
+
+
+def test_a_file_for_the_card_is_checked_before_the_suite_is_played(tmp_path):
+    store = tmp_path / "it.db"
+    command = ["suite", "--student", "obedient", "--quick", "--store", f"{store}", "--card", f"{tmp_path / 'card.pdf'}"]
+    result = CliRunner().invoke(app, command)
+    assert "unknown format of a card '.pdf'" in f"{result.exception}"
+    assert not store.exists()
+
+
+def test_a_student_that_draws_worlds_is_left_out_where_it_cannot(store):
+    (line,) = take("reasoner(worlds=4)", store, ["silence"], workers=1).lines
+    assert list(line.places) == ["llf-bandits-BanditTenArmedRandomFixed-v0"]
+    assert "llf-reco-movie-v0: 20 of 20 seeds were not played" in line.why
 
 
 @given(

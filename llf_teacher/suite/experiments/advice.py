@@ -5,13 +5,10 @@ regret; the score says nothing of whether it understands why.
 """
 
 from llf_teacher.suite.experiment import Experiment
-from llf_teacher.suite.places import ARMS, HOUSE, OPTIONS
 
 EXPERIMENT = Experiment(
     ability="takes advice",
     better="only(kinds='fp')",
     worse="only(kinds='fp') | placebo",
     reference="obedient",
-    ids=(ARMS, HOUSE),
-    options=OPTIONS,
 )

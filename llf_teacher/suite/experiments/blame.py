@@ -4,7 +4,6 @@ Lessons of blame (hn) beside a placebo. The teacher is silent after a good actio
 """
 
 from llf_teacher.suite.experiment import Experiment
-from llf_teacher.suite.places import ARMS, HOUSE, OPTIONS
 
 EXPERIMENT = Experiment(
     ability="uses blame",
@@ -12,6 +11,4 @@ EXPERIMENT = Experiment(
     worse="only(kinds='hn') | placebo",
     reference="reasoner(worlds=64)",
     rests_on=("silence",),
-    ids=(ARMS, HOUSE),
-    options=OPTIONS,
 )

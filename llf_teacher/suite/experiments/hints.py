@@ -5,7 +5,6 @@ and warnings, so that it rests on both; and once all are said the teacher is sil
 """
 
 from llf_teacher.suite.experiment import Experiment
-from llf_teacher.suite.places import ARMS, HOUSE, OPTIONS
 
 EXPERIMENT = Experiment(
     ability="combines hints that name no action",
@@ -13,6 +12,4 @@ EXPERIMENT = Experiment(
     worse="ruler | placebo",
     reference="reasoner(worlds=64)",
     rests_on=("advice", "warnings", "silence"),
-    ids=(ARMS, HOUSE),
-    options=OPTIONS,
 )

@@ -5,7 +5,6 @@ blame, without which it cannot be had.
 """
 
 from llf_teacher.suite.experiment import Experiment
-from llf_teacher.suite.places import ARMS, HOUSE, OPTIONS
 
 EXPERIMENT = Experiment(
     ability="credits late feedback to the right turn",
@@ -13,6 +12,4 @@ EXPERIMENT = Experiment(
     worse="only(kinds='hp+hn') | delayed(turns=2) | placebo",
     reference="reasoner(worlds=64)",
     rests_on=("praise", "blame"),
-    ids=(ARMS, HOUSE),
-    options=OPTIONS,
 )

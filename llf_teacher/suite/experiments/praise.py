@@ -6,7 +6,6 @@ said.
 """
 
 from llf_teacher.suite.experiment import Experiment
-from llf_teacher.suite.places import ARMS, HOUSE, OPTIONS
 
 EXPERIMENT = Experiment(
     ability="uses praise",
@@ -14,6 +13,4 @@ EXPERIMENT = Experiment(
     worse="only(kinds='hp') | placebo",
     reference="reasoner(worlds=64)",
     rests_on=("silence",),
-    ids=(ARMS, HOUSE),
-    options=OPTIONS,
 )

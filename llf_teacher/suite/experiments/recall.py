@@ -1,11 +1,11 @@
 """Recalls in a later episode what it was taught in an earlier one.
 
 A test without a teacher, in the same world as the lesson before, which had advice or a placebo. Only the test counts.
-It rests on advice, and a student that forgets between episodes is not measured.
+It rests on advice, and, since the test has no teacher, on keeping what was said in silence. A student that forgets
+between episodes is not measured.
 """
 
 from llf_teacher.suite.experiment import Experiment
-from llf_teacher.suite.places import ARMS, HOUSE, OPTIONS
 
 EXPERIMENT = Experiment(
     ability="recalls in a later episode what it was taught",
@@ -13,7 +13,5 @@ EXPERIMENT = Experiment(
     worse="only(kinds='fp') | placebo",
     reference="obedient(forget=False)",
     lessons=1,
-    rests_on=("advice",),
-    ids=(ARMS, HOUSE),
-    options=OPTIONS,
+    rests_on=("advice", "silence"),
 )

@@ -1,21 +1,20 @@
 """Keeps what it was taught after the teacher falls silent.
 
-A teacher that shows the next optimal actions before the first turn and says nothing after, beside a placebo; the regret
-from the third turn on counts. In bandits the actions are one arm, again and again; in a house they are the way to the
-treasure. It rests on advice.
+A teacher that gives advice before the first turn and says nothing after, beside a placebo; the regret from the third
+turn on counts. The advice, an arm or films, stays the best to the end, so that only keeping it is measured: in a house
+each room asks for another move, and to keep the first advice does harm. It rests on advice.
 """
 
-from llf_teacher.suite.experiment import TURNS, Experiment
-from llf_teacher.suite.places import ARMS, HOUSE, OPTIONS
+from llf_teacher.suite.experiment import Experiment
+from llf_teacher.suite.places import ARMS, FILMS
 
-_TEACHER = f"only(kinds='fp') | worked_example(n={TURNS}) | early(budget=1)"
+_TEACHER = "only(kinds='fp') | early(budget=1)"
 EXPERIMENT = Experiment(
     ability="keeps what it was taught when the teacher falls silent",
     better=_TEACHER,
     worse=f"{_TEACHER} | placebo",
-    reference="reasoner(worlds=64)",
+    reference="obedient",
     since=2,
     rests_on=("advice",),
-    ids=(ARMS, HOUSE),
-    options=OPTIONS,
+    ids=(ARMS, FILMS),
 )

@@ -1,11 +1,11 @@
 """Is not distracted by words that say nothing of the task.
 
 The truth among three truisms a turn beside the bare truth. The score is 1 if both lose as much, and 0 if the truisms
-cost as much as the reference loses in silence.
+cost as much as the reference loses in silence. A student that takes no advice has less to be distracted from, so it
+rests on advice.
 """
 
 from llf_teacher.suite.experiment import Experiment
-from llf_teacher.suite.places import ARMS, HOUSE, OPTIONS
 
 EXPERIMENT = Experiment(
     ability="is not distracted by words that say nothing",
@@ -15,6 +15,5 @@ EXPERIMENT = Experiment(
     offset=1.0,
     margin=0.2,
     unit=("oracle", "silent"),
-    ids=(ARMS, HOUSE),
-    options=OPTIONS,
+    rests_on=("advice",),
 )

@@ -6,7 +6,6 @@ that does whatever is advised. A student that takes no advice at all has 1, so i
 """
 
 from llf_teacher.suite.experiment import Experiment
-from llf_teacher.suite.places import ARMS, HOUSE, OPTIONS
 
 EXPERIMENT = Experiment(
     ability="notices that a teacher turns",
@@ -16,6 +15,4 @@ EXPERIMENT = Experiment(
     offset=1.0,
     since=3,
     rests_on=("advice",),
-    ids=(ARMS, HOUSE),
-    options=OPTIONS,
 )

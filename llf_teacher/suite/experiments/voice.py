@@ -5,7 +5,6 @@ saves less; the unit is what the plain voice saves beside a placebo. Without adv
 """
 
 from llf_teacher.suite.experiment import Experiment
-from llf_teacher.suite.places import ARMS, HOUSE, OPTIONS
 
 EXPERIMENT = Experiment(
     ability="understands another voice as well",
@@ -16,6 +15,4 @@ EXPERIMENT = Experiment(
     margin=0.2,
     unit=("oracle", "oracle | placebo"),
     rests_on=("advice",),
-    ids=(ARMS, HOUSE),
-    options=OPTIONS,
 )

@@ -5,13 +5,10 @@ warning would be said.
 """
 
 from llf_teacher.suite.experiment import Experiment
-from llf_teacher.suite.places import ARMS, HOUSE, OPTIONS
 
 EXPERIMENT = Experiment(
     ability="heeds warnings",
     better="only(kinds='fn')",
     worse="only(kinds='fn') | placebo",
     reference="reasoner(worlds=64)",
-    ids=(ARMS, HOUSE),
-    options=OPTIONS,
 )

@@ -2,16 +2,16 @@
 
 import hashlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from functools import partial
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from llf_teacher import suite
 from llf_teacher.episodes.record import EpisodeSpec
-from llf_teacher.studies import Results, load, run
+from llf_teacher.studies import Results, load
 from llf_teacher.studies.analysis.statistics import LEAST
 from llf_teacher.studies.definition.custom_specs import teacher_spec
 from llf_teacher.studies.definition.design import NEXT, TESTER
@@ -20,19 +20,32 @@ from llf_teacher.studies.execution.limits import Limits
 from llf_teacher.studies.execution.runner import RunOptions
 from llf_teacher.suite.card import Card
 from llf_teacher.suite.experiment import TURNS
-from llf_teacher.suite.mirror.card import TeacherCard
 from llf_teacher.suite.mirror.quality import Quality, TaughtEpisode, TaughtWorld, all_qualities
 from llf_teacher.suite.places import OPTIONS
-from llf_teacher.suite.play import seeds_of
+from llf_teacher.suite.play import named, played, seeds_of
 from llf_teacher.suite.score import LEVELS, Arms, Score, score
-from teachers.spec import check_range, unknown
+from teachers.spec import check_range
 
 VERSION = "mirror-v1"
 """Worlds, seeds, students, references and what is counted never change under this name; `digest` is that of all."""
 SEEDS, QUICK_SEEDS = 20, 10
 FAILURES = 3
-"""Failures of a teacher after which no more lessons begin: a quality that lacks a world is not measured anyway."""
+"""Failures after which no more lessons begin: a quality that lacks a world is not measured anyway."""
 _HERE = Path(__file__).parent
+
+
+@dataclass(frozen=True, kw_only=True)
+class TeacherCard(Card):
+    """What a teacher is worth to known students; `student` is the spec of the teacher."""
+
+    role: ClassVar[str] = "teacher"
+    about: ClassVar[str] = "what it is worth to known students"
+    scale: ClassVar[str] = "0: nothing of it        1: as the reference"
+
+    @classmethod
+    def ability_of(cls, name: str) -> str:
+        """What a teacher with the quality does."""
+        return all_qualities()[name].ability
 
 
 def digest() -> str:
@@ -51,19 +64,6 @@ def digest_for(path: Path | str) -> str:
     return digest() if Card.load(path).suite == VERSION else suite.digest()
 
 
-def chosen(names: Sequence[str] = ()) -> dict[str, Quality]:
-    """The qualities of these names; without names all.
-
-    Raises:
-        ValueError: an unknown name.
-    """
-    there = all_qualities()
-    for name in names:
-        if name not in there:
-            raise ValueError(unknown("quality", name, there))
-    return {name: there[name] for name in there if name in (names or there)}
-
-
 def take(
     teacher: Any,
     store: Path | str,
@@ -79,13 +79,9 @@ def take(
 
     Args:
         teacher: a spec, a personality, or the factory of a policy for the teacher's seat.
-        store: the file of the episodes; an interrupted run is resumed from it.
         names: of qualities; without them all.
         quick: fewer seeds.
-        key: a text of your choice, for worlds that nobody could tune a teacher to.
-        workers: as in `llf_teacher.studies.run`.
-        progress: called with the number of episodes that are done, and the total.
-        turn_seconds: time of a turn, after which the episode of a teacher that hangs has failed; None: no limit.
+        store, key, workers, progress, turn_seconds: as in `llf_teacher.suite.take`.
         worlds: number of worlds, 5 to 20; None: 20, or 10 if it is `quick`. With fewer than 10 no test of a card of
             ten qualities can be significant.
 
@@ -94,42 +90,18 @@ def take(
             teacher needs.
         StudyError: the episodes cannot go on; those so far are stored.
     """
-    spec, asked = teacher_spec(teacher), chosen(names)
+    spec, asked = teacher_spec(teacher), named("quality", names, all_qualities())
     number = (QUICK_SEEDS if quick else SEEDS) if worlds is None else worlds
     check_range("worlds", number, LEAST, SEEDS, int)
     seeds = seeds_of(key)[:number]
     studies = list(_studies(spec, asked.values(), seeds))
     options = RunOptions(limits=Limits(turn_seconds=turn_seconds), retry_failed=True, fail_fast=True)
-    specs = [each for study in studies for each in study.episodes()]
-    keys, done = {_lesson(each): each.key for each in specs}, 0
-    lost: list[Mapping[str, Any]] = []
-    for study in studies:
-        with run(study, store, workers, progress and partial(_add, progress, done, len(specs)), options) as results:
-            own = {each.key for each in study.episodes()}
-            done += len(own)
-            lost += [each for each in results.failures() if each["key"] in own and each["teacher"] == spec]
-        if len(lost) >= FAILURES:
-            break
+    keys = {_lesson(each): each.key for study in studies for each in study.episodes()}
+    found, lost = played(studies, store, workers, progress, options, FAILURES)
     with load(store) as results:
-        wanted = set(keys.values())
-        rows = {row["key"]: row for row in results.rows() if row["key"] in wanted}
-        played = _Played(results, rows, keys, {})
-        scores = {name: _scored(each, spec, played, seeds) for name, each in asked.items()}
-    return TeacherCard.of(
-        spec,
-        scores,
-        suite=VERSION,
-        digest=digest(),
-        rows=[row for row in rows.values() if row["teacher"] == spec],
-        failures=len(lost),
-        error=f"{lost[0]['error']}" if lost else "",
-        key=key,
-        quick=quick,
-    )
-
-
-def _add(progress: Callable[[int, int], None], before: int, total: int, done: int, _: int) -> None:
-    progress(before + done, total)
+        lessons = _Lessons(results, {row["key"]: row for row in found}, keys, {})
+        scores = {name: _scored(each, spec, lessons, seeds) for name, each in asked.items()}
+    return TeacherCard.of(spec, scores, found, lost, suite=VERSION, digest=digest(), key=key, quick=quick)
 
 
 def _studies(teacher: str, asked: Iterable[Quality], seeds: Sequence[int]) -> Iterator[Study]:
@@ -158,7 +130,7 @@ def _lesson(spec: EpisodeSpec) -> tuple[object, ...]:
     return spec.lessons, spec.draws, spec.id, spec.teacher, spec.student, spec.seed
 
 
-class _Played(NamedTuple):
+class _Lessons(NamedTuple):
     """The episodes of a store."""
 
     results: Results
@@ -185,12 +157,12 @@ class _Played(NamedTuple):
         return self.read[key]
 
 
-def _scored(quality: Quality, teacher: str, played: _Played, seeds: Sequence[int]) -> Score:
+def _scored(quality: Quality, teacher: str, lessons: _Lessons, seeds: Sequence[int]) -> Score:
     """The score of a teacher in a quality."""
     why: dict[str, str] = {}
     found: dict[str, NDArray[np.float64]] = {}
     for id in quality.ids:
-        whole = [[played.world(quality, id, who, seed) for seed in seeds] for who in (teacher, *quality.teachers)]
+        whole = [[lessons.world(quality, id, who, seed) for seed in seeds] for who in (teacher, *quality.teachers)]
         worlds = [[each for each in row if each] for row in whole]
         if any(len(row) < len(seeds) for row in worlds):
             missing = len(seeds) - min(map(len, worlds))
@@ -209,5 +181,4 @@ def _scored(quality: Quality, teacher: str, played: _Played, seeds: Sequence[int
         for id, each in found.items()
     }
     scored = score(arms)
-    reasons = (*(f"{id}: {each}" for id, each in why.items()), *([scored.why] if scored.why else ()))
-    return scored._replace(why="; ".join(reasons))
+    return scored._replace(why="; ".join((*(f"{id}: {each}" for id, each in why.items()), *filter(None, [scored.why]))))
