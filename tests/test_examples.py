@@ -20,6 +20,12 @@ def printed(name, *arguments):
     return result.stdout
 
 
+def test_a_curriculum_that_is_learned_beats_random_tasks():
+    rows = [line.strip("| ").split(" | ") for line in printed("choose_tasks", "--seeds", 12).splitlines()[2:]]
+    found = {name: float(share.split()[0]) for name, share, *_ in rows}
+    assert found["edge"] > found["random tasks"] > found["the last task alone"]
+
+
 def test_own_oracle():
     out = printed("own_oracle")
     assert out.splitlines()[-1] == "True"
