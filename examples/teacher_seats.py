@@ -17,8 +17,9 @@ TRIAL = 2_000_000
 """First seed of the lifetimes that choose among teachers; no training environment has them."""
 ADVICE = 0b01000
 """fp among the kinds."""
+MISTAKE = FIELDS.index("mistake")
 _NEAR = 4  # moves
-_MISTAKE, _WAY = FIELDS.index("mistake"), FIELDS.index("way")
+_WAY = FIELDS.index("way")
 Policy = Callable[[np.ndarray], np.ndarray | bool]
 """What rows see, float32 (rows, 14), to whether to speak, bool (rows,)."""
 
@@ -51,7 +52,7 @@ class Seats:
         self.seen = np.concatenate([observation["features"], observation["lifetime"]], axis=1)
         """What each row sees."""
         self.choosing = np.flatnonzero(
-            (observation["lifetime"][:, _MISTAKE] > 0) & (observation["action_mask"][:, ADVICE] > 0)
+            (observation["lifetime"][:, MISTAKE] > 0) & (observation["action_mask"][:, ADVICE] > 0)
         )
         """The rows in which there is something to decide."""
 
