@@ -45,8 +45,9 @@ TRAININGS = Path(__file__).parent.parent / "docs" / "search-a-teacher.jsonl"
 """What `search_a_teacher.py` has trained."""
 BUDGETS = tuple(f"budget {budget}" for budget in (2, 4, 8, 16, 32))
 PLAIN, DRAWN = "budget 8", "students drawn"
-"""Students trained with: all alike, or each lifetime's with its own step size, discount and trust."""
-TRAITS = ("stubborn(p=0.3)", "forgetful(half_life=400)", "mishears(p=0.3)")
+"""Cases of students trained with: all alike, or each lifetime's with its own step size, discount and trust."""
+NAMES = {PLAIN: "all alike", DRAWN: "drawn"}
+TRAITS = ("stubborn(p=0.3)", "forgetful(half_life=400)")
 """Of students tested with, beside those."""
 
 
@@ -111,7 +112,8 @@ def of_students(lifetimes: int) -> Iterator[Line]:
     for trained in (PLAIN, DRAWN):
         rivals = Rivals.of(trained, lifetimes)
         for tested in (PLAIN, DRAWN, *TRAITS):
-            line = {"trained": trained, "tested": tested, "moves": rivals.moves, "training": rivals.training}
+            line = {"trained": NAMES[trained], "tested": NAMES.get(tested, tested)}
+            line |= {"moves": rivals.moves, "training": rivals.training}
             for name, policy in rivals.policies().items():
                 known = by_moves.get((tested, rivals.moves)) if name == NEAR else None
                 lived = accompanied if tested in CASES else one_by_one

@@ -15,7 +15,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-import cma
 import numpy as np
 from beside_a_rule import FINAL, LIFETIMES, judge
 from teacher_seats import TRIAL
@@ -24,6 +23,11 @@ import llf_teacher
 from llf_teacher.studies.analysis.statistics import mean_interval
 from teachers.oracle import POSTERIOR
 from teachers.personality import Claims, Personality, Stage, View
+
+try:
+    import cma
+except ModuleNotFoundError as error:
+    raise SystemExit(f'{error}; install it by: pip install -e ".[learn]" -c constraints-learn.txt') from None
 
 LEVELS = (0.0, 0.25, 0.5, 1.0)
 """Bits; 0: silence."""
@@ -36,6 +40,7 @@ NUMBERS = 5
 FIRST = 70_000_000
 """First seed of the lessons to learn from."""
 LEAST = 0.05  # bits
+BEST, LEARNED = "best constant level", "learned"
 CANDIDATES, LESSONS, SPREAD, TRIALS = 10, 20, 0.5, 100
 
 
@@ -123,17 +128,19 @@ def main() -> None:
         best = min(tried, key=tried.__getitem__)
         learned = learn(always(best), arguments.generations)
         final = range(FINAL, FINAL + arguments.lessons)
-        names = {f"always {level:g} bits": always(level) for level in LEVELS[1:]} | {"learned": learned}
-        regrets = {name: taught(weights, final).round(2).tolist() for name, weights in names.items()}
-        found = {"best": f"always {best:g} bits", "weights": learned.tolist(), "regrets": regrets}
+        regrets = {
+            name: taught(each, final).round(2).tolist() for name, each in ((BEST, always(best)), (LEARNED, learned))
+        }
+        found = {"trial": tried, "best": best, "weights": learned.tolist(), **regrets}
         arguments.store.write_text(json.dumps(found) + "\n", encoding="utf-8")
     found = json.loads(arguments.store.read_text(encoding="utf-8"))
-    regrets = {name: np.array(each) for name, each in found["regrets"].items()}
-    ((gain, p, verdict),) = judge([regrets[found["best"]] - regrets["learned"]])
-    print("| teacher | regret in a lesson | less with the learned one | p | verdict |\n|---|---|---|---|---|")
-    for name, each in regrets.items():
-        beside = f"{gain.estimate.text()} | {p:.4f} | {verdict}" if name == found["best"] else " | | "
-        print(f"| {name} | {mean_interval(each).text()} | {beside} |")
+    tried = ", ".join(f"{regret:.2f} with {level} bits" for level, regret in found["trial"].items())
+    print(f"Regret in a lesson on trial by constant level: {tried}\n")
+    best, learned = np.array(found[BEST]), np.array(found[LEARNED])
+    ((gain, p, verdict),) = judge([best - learned])
+    print(f"| {BEST} | {LEARNED} | less with the learned one | p | verdict |\n|---|---|---|---|---|")
+    cells = [f"{mean_interval(best).text()} ({found['best']:g} bits)", mean_interval(learned).text()]
+    print(f"| {' | '.join([*cells, gain.estimate.text(), f'{p:.4f}', verdict])} |")
 
 
 if __name__ == "__main__":
