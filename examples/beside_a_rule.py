@@ -99,7 +99,7 @@ def of_budgets(lifetimes: int) -> Iterator[Line]:
     """What students waste with both, by budget; and the mean of each training."""
     for case in BUDGETS:
         rivals, setting = Rivals.of(case, lifetimes), CASES[case].setting
-        line = {"case": case, "moves": rivals.moves, "training": rivals.training}
+        line: Line = {"case": case, "moves": rivals.moves, "training": rivals.training}
         for name, policy in rivals.policies().items():
             line[name] = listed(accompanied(policy, setting, range(FINAL, FINAL + lifetimes)))
         means = rivals.teachers.live(rivals.weights, [FINAL] * len(rivals.weights), lifetimes).mean(axis=1)
@@ -112,13 +112,15 @@ def of_students(lifetimes: int) -> Iterator[Line]:
     for trained in (PLAIN, DRAWN):
         rivals = Rivals.of(trained, lifetimes)
         for tested in (PLAIN, DRAWN, *TRAITS):
-            line = {"trained": NAMES[trained], "tested": NAMES.get(tested, tested)}
+            line: Line = {"trained": NAMES[trained], "tested": NAMES.get(tested, tested)}
             line |= {"moves": rivals.moves, "training": rivals.training}
             for name, policy in rivals.policies().items():
-                known = by_moves.get((tested, rivals.moves)) if name == NEAR else None
-                lived = accompanied if tested in CASES else one_by_one
-                student = CASES[tested].setting if tested in CASES else f"{SETTING.student} | {tested}"
-                line[name] = known or listed(lived(policy, student, seeds))
+                if name == NEAR and (tested, rivals.moves) in by_moves:
+                    line[name] = by_moves[tested, rivals.moves]
+                elif tested in CASES:
+                    line[name] = listed(accompanied(policy, CASES[tested].setting, seeds))
+                else:
+                    line[name] = listed(one_by_one(policy, f"{SETTING.student} | {tested}", seeds))
             by_moves[tested, rivals.moves] = line[NEAR]
             yield line
 

@@ -164,6 +164,14 @@ def test_a_policy_may_be_among_the_teachers():
     assert [words["teacher_2"] for words, _ in together][1::2] == ["I am not sure."] * (len(together) // 2)
 
 
+def test_a_teacher_may_be_given_as_it_is():
+    tutor = GRID.make_teacher(GRID.taught_world(), "only(kinds='fn')", feedback_type="fn")
+    env = GRID.parallel_env(seating="panel", teachers=["only(kinds='fp')", tutor])
+    _, infos = env.reset(seed=1)
+    said = [(atom.speaker, atom.kind) for atom in infos[STUDENT]["atoms"] if atom.kind is not None]
+    assert said == [("teacher_0", "fp"), ("teacher_1", "fn")]
+
+
 @pytest.mark.parametrize(
     ("door", "settings", "match"),
     [
