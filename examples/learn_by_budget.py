@@ -16,7 +16,8 @@ from typing import Any
 
 import numpy as np
 import torch
-from learn_to_teach import SETTING, TRIAL, Policy, accompanied, learner, near_mistakes, policy_of, train
+from learn_to_teach import learner, policy_of, train
+from teacher_seats import SETTING, TRIAL, Policy, accompanied, near_mistakes
 from teaching_on_a_budget import Setting
 
 from llf_teacher.gym.lifetime import FIELDS

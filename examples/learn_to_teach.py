@@ -19,9 +19,9 @@ from gymnasium import Env
 from gymnasium.spaces import Box, Discrete
 from rich.console import Console
 from rich.progress import Progress
-from teaching_on_a_budget import SETTINGS, TEACHERS, Setting, lifetime
+from teacher_seats import SETTING, TRIAL, Policy, Seats, accompanied, near_mistakes
+from teaching_on_a_budget import TEACHERS, Setting, lifetime
 
-import llf_teacher
 from llf_teacher.gym.lifetime import FIELDS
 from llf_teacher.studies.analysis.statistics import mean_interval, paired_difference
 
@@ -34,63 +34,13 @@ try:
 except ModuleNotFoundError as error:
     raise SystemExit(f'{error}; install it by: pip install -e ".[learn]" -c constraints-learn.txt') from None
 
-SETTING = SETTINGS[0]._replace(episodes=30, turns=40, budget=8, world={"min_goal_dist": 6})
-"""Eight pieces of advice for treasures that are six moves away and more: not enough to show the way twice."""
-TRIAL, HELD_OUT = 2_000_000, 1_000_000
-"""First seeds of the lifetimes that choose among trained teachers, and that compare the chosen one; no training
-environment has them.
-"""
+HELD_OUT = 1_000_000
+"""First seed of the lifetimes that compare the chosen teacher; no training environment has them."""
 _ROWS, _DECISIONS, _TRIALS, _STAGES = 64, 256, 200, 10  # PPO learns from so many decisions of each row at once
-_NEAR = 4  # moves
 _RETICENCE = 3.0  # log-odds of silence at first
 _MOVES = 200.0  # a unit of reward, about what a lifetime varies by
 _LEAST = 0.05  # deviation: what hardly varies at first may do so later
-_ADVICE = 0b01000  # fp among the kinds
-_MISTAKE, _WAY = FIELDS.index("mistake"), FIELDS.index("way")
 _SEEN = Box(0, 100, (5 + len(FIELDS),), np.float32)  # `features`, then `lifetime`
-Policy = Callable[[np.ndarray], np.ndarray | bool]
-"""What rows see, float32 (rows, 14), to whether to speak, bool (rows,)."""
-
-
-class Seats:
-    """Teachers' seats over lifetimes, with advice as the only kind; to decide is whether to correct a mistake that has
-    been announced, or to let it happen.
-    """  # noqa: D205
-
-    def __init__(self, setting: Setting, seeds: Sequence[int], pool: int = 16_384) -> None:
-        """Lifetimes of these seeds, and further ones where they end, in houses of a pool of this size."""
-        self.env = llf_teacher.TeacherVectorEnv(
-            setting.id,
-            len(seeds),
-            student=setting.student,
-            episodes=setting.episodes,
-            max_turns=setting.turns,
-            feedback_type="fp",
-            budget=setting.budget,
-            cost=0.0,
-            teacher_reward="student_progress",
-            announce=True,
-            vary=setting.vary,
-            **setting.world,
-            **({"pool": pool} if setting.id == SETTING.id else {}),
-        )
-        self._look(self.env.reset(seed=list(seeds))[0])
-
-    def _look(self, observation: Mapping[str, np.ndarray]) -> None:
-        self.seen = np.concatenate([observation["features"], observation["lifetime"]], axis=1)
-        """What each row sees."""
-        self.choosing = np.flatnonzero(
-            (observation["lifetime"][:, _MISTAKE] > 0) & (observation["action_mask"][:, _ADVICE] > 0)
-        )
-        """The rows in which there is something to decide."""
-
-    def step(self, speaks: np.ndarray | bool) -> tuple[np.ndarray, np.ndarray]:
-        """A turn in all rows; the choosing ones speak or not. Rewards, and which lifetimes have ended."""
-        actions = np.zeros(self.env.num_envs, np.int64)
-        actions[self.choosing] = np.where(speaks, _ADVICE, 0)
-        observation, reward, terminated, truncated, _ = self.env.step(actions)
-        self._look(observation)
-        return reward, terminated | truncated
 
 
 class Space(Env):
@@ -207,29 +157,6 @@ def hidden(seen: np.ndarray, without: Sequence[int]) -> np.ndarray:
 def policy_of(model: PPO, explores: bool = False, without: Sequence[int] = ()) -> Policy:
     """What a teacher does, by chance as in training or by what it thinks best; `without` some of the numbers."""
     return lambda seen: len(seen) > 0 and model.predict(hidden(seen, without), deterministic=not explores)[0] > 0
-
-
-def near_mistakes(others: float = 0.0, moves: int = _NEAR) -> Policy:
-    """Correct the mistakes that are made near the treasure, and a share of the others."""
-    rng = np.random.default_rng(0)
-    return lambda seen: (seen[:, 5 + _WAY] <= moves / (moves + 4)) | (rng.random(len(seen)) < others)
-
-
-def accompanied(policy: Policy, setting: Setting, seeds: Iterable[int]) -> np.ndarray:
-    """The student's regret per episode in a lifetime with this teacher, one a seed."""
-    return lived(Seats(setting, list(seeds), pool=1), lambda seen, _: policy(seen), setting)
-
-
-def lived(seats: Seats, policy: Callable[[np.ndarray, np.ndarray], np.ndarray | bool], setting: Setting) -> np.ndarray:
-    """The student's regret per episode in each of these lifetimes, by a policy that is told of which rows it sees."""
-    regrets = np.zeros(seats.env.num_envs)
-    living = np.ones(seats.env.num_envs, bool)
-    while living.any():  # who has ended is not looked at
-        rows = seats.choosing
-        reward, ended = seats.step(policy(seats.seen[rows], rows))
-        regrets -= np.where(living, reward, 0)
-        living &= ~ended
-    return regrets / setting.episodes
 
 
 class Stage(NamedTuple):

@@ -1,7 +1,7 @@
 """A teacher that begins with a rule and searches on, in many cases: budgets, students, worlds, numbers it cannot see.
 
 The teacher is a weighted sum of what it sees, and speaks where that is positive. It begins as the best rule of nearness
-(`near_mistakes` of `learn_to_teach.py`), and CMA-ES (Hansen 2016) varies the weights: each generation is tried on the
+(`near_mistakes` of `teacher_seats.py`), and CMA-ES (Hansen 2016) varies the weights: each generation is tried on the
 same lifetimes, and the next one drawn around what wasted least. A training ends on a line of a file, which a second run
 goes on with. Prints tables of what the file has. Needs the extra `learn`:
 
@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from learn_to_teach import SETTING, TRIAL, Policy, Seats, accompanied, lived, near_mistakes
 from scipy import stats
+from teacher_seats import SETTING, TRIAL, Policy, Seats, accompanied, lived, near_mistakes
 from teaching_on_a_budget import SETTINGS, Setting
 
 from llf_teacher.gym.lifetime import FIELDS
@@ -119,6 +119,12 @@ class Weighed:
             weights[at], weights[-1] = -STEEP, STEEP * (limit - self.mean[at]) / self.deviation[at]
         return weights
 
+    def speaks(self, weights: np.ndarray, seen: np.ndarray) -> np.ndarray:
+        """Whether teachers speak, bool (rows,), with weights (rows, k), or (k,) of one, that see this, (rows, 14)."""
+        scaled = (seen[:, self.used] - self.mean) / self.deviation
+        said: np.ndarray = (scaled * weights[..., :-1]).sum(axis=1) + weights[..., -1] > 0
+        return said
+
     def live(self, weights: np.ndarray, firsts: Iterable[int], lifetimes: int) -> np.ndarray:
         """The student's regret per episode with each teacher, shape (teachers, lifetimes).
 
@@ -128,14 +134,9 @@ class Weighed:
             lifetimes: of each.
         """
         everyone = np.repeat(weights, lifetimes, axis=0)
-
-        def speaks(seen: np.ndarray, rows: np.ndarray) -> np.ndarray:
-            scaled = (seen[:, self.used] - self.mean) / self.deviation
-            said: np.ndarray = (scaled * everyone[rows, :-1]).sum(axis=1) + everyone[rows, -1] > 0
-            return said
-
         seeds = [first + i for first in firsts for i in range(lifetimes)]
-        return lived(Seats(self.setting, seeds, pool=1), speaks, self.setting).reshape(-1, lifetimes)
+        seats = Seats(self.setting, seeds, pool=1)
+        return lived(seats, lambda seen, rows: self.speaks(everyone[rows], seen), self.setting).reshape(-1, lifetimes)
 
 
 def trained(case: Case, seeds: Sequence[int], generations: int, lifetimes: int, moves: int) -> list[Line]:

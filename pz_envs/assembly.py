@@ -36,7 +36,7 @@ def assemble(
     subject: Subject,
     settings: Settings,
     *,
-    personalities: Sequence[str | Personality] = (),
+    personalities: Sequence[str | Personality | Teacher] = (),
     purse: Purse | None = None,
     instructs: bool | None = None,
     undoable: bool = False,
@@ -46,7 +46,7 @@ def assemble(
     Args:
         subject: what is taught.
         settings: how.
-        personalities: of several teachers, each with a purse of its own; none: the one of the settings.
+        personalities: of several teachers, or these, each with a purse of its own; none: the one of the settings.
         purse: cost and budget that the session shares with others; None: its own, by the settings.
         instructs: as of `Session`; None: if the teacher chooses what to say.
         undoable: as of `Session`.
@@ -73,7 +73,7 @@ def assemble(
             theme=settings.theme,
             privileged=settings.privileged_info,
         )
-    given: Sequence[str | Personality | Teacher] = personalities or [settings.teacher]
+    given = personalities or [settings.teacher]
     teachers = [_teacher(subject, world, each, settings) for each in given]
     session = Session(
         world,

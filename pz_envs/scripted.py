@@ -1,10 +1,11 @@
-"""Scripted policies for the seats of teachers with `speech="kinds"`: they say all that is available."""
+"""Scripted policies for the seats of teachers: they say all that is available, or what is suggested."""
 
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
+from teachers.atoms import Utterance
 from teachers.session import SUBSETS
 from teachers.spec import unknown
 
@@ -21,6 +22,21 @@ class SayAll:
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> int:
         """All kinds that are available."""
         return subset_of(observation["available"])
+
+
+class SaySuggestion:
+    """A policy for a `TutoringEnv` or a `PanelEnv` with `speech="message"` that says what its personality would say."""
+
+    def __repr__(self) -> str:
+        return "SaySuggestion()"
+
+    def reset(self, rng: np.random.Generator) -> None:
+        """Begin an episode."""
+
+    def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Utterance:
+        """The suggestion."""
+        said: Utterance = info["suggestion"]
+        return said
 
 
 class Attention:

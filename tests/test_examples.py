@@ -131,6 +131,35 @@ def test_search_a_teacher(tmp_path):
     assert (tmp_path / "it.png").stat().st_size > 10_000
 
 
+@pytest.mark.full
+def test_learned_teachers_beside_a_rule(tmp_path):
+    """Needs `cma`. A second run lives no lifetime, and prints the same."""
+    store = tmp_path / "it.jsonl"
+    few = ("--lifetimes", 12, "--store", store, "--plot", tmp_path / "it.png")
+    first, again = (printed("beside_a_rule", *few) for _ in range(2))
+    assert first == again
+    assert len(re.findall(r"\| (wins|loses|equal|undecided) \|$", first, re.MULTILINE)) == 5 + 2 * 4
+    assert (tmp_path / "it.png").stat().st_size > 10_000
+
+
+@pytest.mark.full
+def test_verdicts_are_those_of_the_rule():
+    """Needs `cma`. The tables of the page are what its store comes to."""
+    page = (ROOT / "docs" / "learn-to-teach.md").read_text(encoding="utf-8")
+    tables = printed("beside_a_rule", "--store", ROOT / "docs" / "beside-a-rule.jsonl").split("\n\n")
+    assert len(tables) == 2
+    assert all(table.strip() in page for table in tables)
+
+
+@pytest.mark.full
+def test_a_choice_of_bits(tmp_path):
+    """Needs `cma`."""
+    few = ("--generations", 1, "--lessons", 6, "--store", tmp_path / "it.json")
+    first, again = (printed("choose_bits", *few) for _ in range(2))
+    assert first == again
+    assert re.search(r"\| (wins|loses|equal|undecided) \|$", first, re.MULTILINE)
+
+
 def test_checking_the_catalogue(tmp_path):
     """The films of other data are counted that are found, and that agree; those that are not found are named."""
     keys = ("Title", "Release Date", "MPAA Rating", "IMDB Votes")

@@ -69,7 +69,8 @@ class TeacherEnv(SeatEnv):
         same_world: whether the episodes of a lifetime begin in the same state of the world.
         vary: parameters of the student that are drawn uniformly at each reset, with their least and greatest value,
             such as `{"alpha": (0.1, 0.9)}`; of two integers an integer is drawn: `{"trust": (0, 1)}` gives 0 or 1.
-        announce: whether the student announces its next action before the teacher speaks; learners can.
+        announce: whether the student announces its next action before the teacher speaks; learners can. Traits change
+            only what is heard and done afterwards.
         keywords: fields of `pz_envs.settings.Settings` that replace those, and the world's options. `teacher_reward`
             may also be a function of three arguments, `Moment`, `Oracle` and the student's `Lifetime` as it was before
             the turn.

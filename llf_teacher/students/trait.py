@@ -84,6 +84,8 @@ class _Policy(Policy["Traited"]):
         self.inner = spec.student.seat(family, world)
         for trait in spec.traits:
             _check_serves(trait, self.inner.spec)  # which may differ by family
+        if hasattr(self.inner, "intend"):
+            self.intend = self._intend
 
     def begin(self) -> None:
         """Begin an episode: the student with the stream, each trait with a stream beside it."""
@@ -91,14 +93,13 @@ class _Policy(Policy["Traited"]):
         self._words, *streams = streams_beside(self.rng, 1 + len(self.spec.traits))
         self._scenes = [Scene(stream, self.world, self.spec.text) for stream in streams]
         self._turn = 0
+        self._asked, self._anew = 0, False  # the turn in which traits were asked last, and whether they forgot then
         self._since = 0  # the turn before which it last forgot
         self._instruction = SILENCE
 
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
         """The action after all traits."""
-        for scene in self._scenes:
-            scene.turn, scene.listed = self._turn, info.get(self.world.actions_key) or ()
-        forgets = self._forgets()  # which changes `inner`
+        forgets = self._forgets(info)  # which changes `inner`
         action = given = self.inner.act(*self._heard(observation, info, forgets))
         for trait, scene in self._parts():
             action = trait.act(action, scene)
@@ -108,6 +109,11 @@ class _Policy(Policy["Traited"]):
             scene.last = action
         self._turn += 1
         return action
+
+    def _intend(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
+        """The action that the student means to take, before its traits change what it hears and does."""
+        self._forgets(info)
+        return self.inner.intend(observation, info)  # type: ignore[attr-defined]  # where it has it
 
     def finish(self, observation: dict[str, Any], info: dict[str, Any], terminated: bool) -> None:
         """The student hears the last words through its traits, too."""
@@ -122,16 +128,22 @@ class _Policy(Policy["Traited"]):
     def _parts(self) -> Any:
         return zip(self.spec.traits, self._scenes, strict=True)
 
-    def _forgets(self) -> bool:
-        """Begin with a new student if a trait forgets now; whether it did."""
-        asked = [trait.forgets(scene) for trait, scene in self._parts() if self._turn]  # each may draw
-        if forgets := any(asked):
+    def _forgets(self, info: dict[str, Any]) -> bool:
+        """Begin with a new student if a trait forgets in this turn, but the first; whether it did."""
+        for scene in self._scenes:
+            scene.turn, scene.listed = self._turn, info.get(self.world.actions_key) or ()
+        if self._asked == self._turn:
+            return self._anew
+        self._asked = self._turn
+        asked = [trait.forgets(scene) for trait, scene in self._parts()]  # each may draw
+        self._anew = any(asked)
+        if self._anew:
             # A new value, since an agent of the user's own belongs to its value.
             past, self.inner = self.inner, dataclasses.replace(self.spec.student).seat(self.family, self.world)
             self.inner.reset(self.rng)
             self.inner.succeed(past)
             self._since = self._turn
-        return forgets
+        return self._anew
 
     def _heard(
         self, observation: dict[str, Any], info: dict[str, Any], anew: bool = False

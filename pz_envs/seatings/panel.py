@@ -1,6 +1,7 @@
 """A panel: several teachers, which may disagree, and one student."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,13 +10,14 @@ from gymnasium import spaces
 from pz_envs.assembly import Parts, assemble
 from pz_envs.global_state import Seated
 from pz_envs.parallel_seats import ParallelSeats
-from pz_envs.scripted import SayAll, refuse_unread
+from pz_envs.scripted import SayAll, SaySuggestion, refuse_unread
 from pz_envs.seats import STUDENT, TEACHER, OneSessionEnv
 from pz_envs.settings import Settings
 from pz_envs.subject import Seating, Subject
 from teachers.atoms import KINDS, SILENCE
 from teachers.personality import Personality
 from teachers.session import LONGEST
+from teachers.teacher import Teacher
 from worlds.spaces import Prose
 
 __all__ = ["MOST", "SEATING", "Panel", "PanelEnv", "check_teachers"]
@@ -35,6 +37,22 @@ def check_teachers(teachers: Any) -> None:
         raise ValueError(f"teachers must be a list of 1 to {MOST}, such as ['oracle', 'silent'], got {teachers!r}")
     if not 1 <= len(teachers) <= MOST:
         raise ValueError(f"teachers must be 1 to {MOST}, got {len(teachers)}")
+
+
+def policies_of(teachers: Sequence[Any]) -> dict[int, Any]:
+    """The policies among the teachers of a panel, by number.
+
+    Raises:
+        ValueError: a teacher is none.
+    """
+    found = {i: each for i, each in enumerate(teachers) if not isinstance(each, str | Personality | Teacher)}
+    for i, each in found.items():
+        if isinstance(each, type) or not (hasattr(each, "reset") and hasattr(each, "act")):
+            raise ValueError(
+                f"teachers[{i}] must be a spec string, a personality, a Teacher, or a policy with reset(rng) and "
+                f"act(observation, info), got {each!r}"
+            )
+    return found
 
 
 class PanelEnv(OneSessionEnv):
@@ -173,7 +191,7 @@ class Panel(Seating):
         subject: Subject,
         settings: Settings,
         *,
-        teachers: Sequence[str | Personality] = ("oracle", "oracle"),
+        teachers: Sequence[str | Personality | Teacher] = ("oracle", "oracle"),
         order: str = "fixed",
     ) -> PanelEnv:
         """Several teachers and one student; see `PanelEnv`.
@@ -181,13 +199,18 @@ class Panel(Seating):
         Args:
             subject: the subject.
             settings: of the lesson; cost and budget are each teacher's own.
-            teachers: 1 to 16 personalities.
+            teachers: 1 to 16 personalities, or teachers with one.
             order: `fixed` or `random`.
 
         Raises:
             ValueError: an argument is not allowed.
         """
         check_teachers(teachers)
+        if policies := policies_of(teachers):
+            raise ValueError(
+                f"teachers[{min(policies)}] is a policy, which this form does not play; give a personality in its "
+                f"place, such as 'oracle', and act for teacher_{min(policies)}, or take the parallel form"
+            )
         if settings.teacher != Settings().teacher:
             raise ValueError(f"a panel does not use teacher={settings.teacher!r}; give its teachers as teachers=[...]")
         if settings.numbers:
@@ -200,13 +223,27 @@ class Panel(Seating):
     def parallel_env(self, subject: Subject, settings: Settings, **own: Any) -> ParallelSeats:
         """The student alone; each teacher says all that its personality lets through.
 
+        A teacher may also be a policy with `reset(rng)` and `act(observation, info)`, which returns words or
+        claims. Then all see and say what a teacher does with `speech="message"`.
+
         Raises:
-            ValueError: an argument is not allowed, such as `speech="message"`.
+            ValueError: an argument is not allowed, such as `speech="message"` without a policy.
         """
-        refuse_unread(settings.speech, settings.teacher_numbers)
+        teachers = own.get("teachers", ())
+        policies: Mapping[int, Any] = {}
+        if isinstance(teachers, Sequence) and not isinstance(teachers, str):  # else `raw_env` says what is wrong
+            policies = policies_of(teachers)
+        if not policies or settings.speech == "claims":
+            refuse_unread(settings.speech, settings.teacher_numbers)
+        if policies:
+            own["teachers"] = ["oracle" if i in policies else each for i, each in enumerate(teachers)]
+            settings = replace(settings, speech="message")
         env = self.seats(subject, settings, **own)
-        teachers = [agent for agent in env.possible_agents if agent != STUDENT]
-        return ParallelSeats(env, {teacher: SayAll() for teacher in teachers})
+        scripted = SaySuggestion if policies else SayAll
+        seats = [agent for agent in env.possible_agents if agent != STUDENT]
+        return ParallelSeats(
+            env, {agent: policies[i] if i in policies else scripted() for i, agent in enumerate(seats)}
+        )
 
 
 SEATING = Panel()

@@ -234,11 +234,34 @@ def test_doors_of_teachers_take_them_or_say_why_not():
     for _ in range(8):
         env.step(31)
     with pytest.raises(ValueError, match=r"has no intend\(observation, info\), which announce=True needs"):
-        TeacherEnv(GRID, student="q_learning | stubborn", announce=True)
+        TeacherEnv(GRID, student="obedient | stubborn", announce=True)
     with pytest.raises(ValueError, match="vary needs a student without traits, got q_learning"):
         TeacherEnv(GRID, student="q_learning | stubborn", vary={"alpha": (0.1, 0.5)})
     with pytest.raises(ValueError, match=r"q_learning \| stubborn cannot play in arrays; allowed: q_learning"):
         TeacherVectorEnv(GRID, student="q_learning | stubborn")
+
+
+@pytest.mark.parametrize("trait", TRAITS.names)
+def test_a_learner_announces_what_it_means_to_do_and_plays_the_same(trait):
+    """Announcing changes no draw; what is announced is what it does unless it is advised, or its trait does other."""
+    played = {True: [], False: []}
+    announced = []
+    for announce, done in played.items():
+        spec = f"q_learning(trust=0.5, forget=False, optimism=0.0) | {trait}"
+        env = TeacherEnv(GRID, student=spec, episodes=3, announce=announce, max_turns=15)
+        _, info = env.reset(seed=4)
+        over = False
+        while not over:
+            silent = info["moment"].turn % 2
+            meant = info.get("intention")
+            _, _, terminated, truncated, info = env.step(0 if silent else 31)
+            over = terminated or truncated
+            if info["moment"].action is not None:
+                done.append(info["moment"].action)
+                announced.append((done[-1] if meant is None or not silent else meant, done[-1]))
+    assert played[True] == played[False]
+    assert len(played[True]) > 20
+    assert trait in ("capitulates", "stubborn") or all(meant == taken for meant, taken in announced)
 
 
 def test_a_class_has_them():

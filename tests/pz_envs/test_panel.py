@@ -131,6 +131,61 @@ def test_later_speakers_know_what_was_said():
     assert seen["said"] == {"teacher_0": "Take the third.", "teacher_1": "I would not."}
 
 
+class Peer:
+    """Advises an arm in every second turn."""
+
+    def reset(self, rng):
+        self.turns = 0
+
+    def act(self, observation, info):
+        assert set(observation) == {"state", "action", "heard"}
+        self.turns += 1
+        return {"claims": [{"type": "Pull", "action": 3}]} if self.turns % 2 else "I am not sure."
+
+
+def test_a_policy_may_be_among_the_teachers():
+    """The others say what they say without it, to the byte; it speaks in its turn, and only its claims are atoms."""
+    said = {}
+    for last in ("silent", Peer()):
+        env = BANDIT.parallel_env(
+            seating="panel", teachers=["oracle", LIAR, last], feedback_type="fp", max_cycles=4, text=True
+        )
+        observations, infos = env.reset(seed=3)
+        turns = said[last] = []
+        while env.agents:
+            assert observations[STUDENT] in env.observation_space(STUDENT)
+            turns.append((dict(observations[STUDENT]["said"]), infos[STUDENT]["atoms"]))
+            observations, *_, infos = env.step({STUDENT: "0"})
+    alone, together = said.values()
+    assert [list(words.values())[:2] for words, _ in alone] == [list(words.values())[:2] for words, _ in together]
+    assert [words["teacher_2"] != "" for words, _ in alone] == [False] * len(alone)
+    mine = [[atom.claim.action for atom in atoms if atom.speaker == "teacher_2"] for _, atoms in together]
+    assert mine == [[3], []] * (len(together) // 2)
+    assert [words["teacher_2"] for words, _ in together][1::2] == ["I am not sure."] * (len(together) // 2)
+
+
+def test_a_teacher_may_be_given_as_it_is():
+    tutor = GRID.make_teacher(GRID.taught_world(), "only(kinds='fn')", feedback_type="fn")
+    env = GRID.parallel_env(seating="panel", teachers=["only(kinds='fp')", tutor])
+    _, infos = env.reset(seed=1)
+    said = [(atom.speaker, atom.kind) for atom in infos[STUDENT]["atoms"] if atom.kind is not None]
+    assert said == [("teacher_0", "fp"), ("teacher_1", "fn")]
+
+
+@pytest.mark.parametrize(
+    ("door", "settings", "match"),
+    [
+        ("parallel_env", {"teachers": [Peer]}, r"teachers\[0\] must be a spec string, .* got <class .*Peer'>"),
+        ("parallel_env", {"teachers": ["oracle", 3]}, r"teachers\[1\] must be a spec string, .* got 3"),
+        ("parallel_env", {"teachers": [Peer()], "speech": "claims"}, "speech 'claims' has no parallel form"),
+        ("raw_env", {"teachers": ["oracle", Peer()]}, r"teachers\[1\] is a policy, .* and act for teacher_1, or take"),
+    ],
+)
+def test_a_teacher_that_is_none_is_refused(door, settings, match):
+    with pytest.raises(ValueError, match=match):
+        getattr(BANDIT, door)(seating="panel", **settings)
+
+
 def test_orders():
     def orders(order, seed):
         env = GRID.raw_env(seating="panel", teachers=["oracle"] * 4, order=order)
