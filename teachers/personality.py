@@ -16,6 +16,7 @@ import numpy as np
 
 from teachers import personalities
 from teachers.atoms import Claim
+from teachers.batches import StageBatch
 from teachers.oracle import ABILITIES, Oracle
 from teachers.spec import Registry, Spec, unknown
 from teachers.view import View
@@ -63,6 +64,8 @@ class Personality(Spec):
     package: ClassVar[str] = personalities.__name__
     stage: ClassVar[type[Stage[Any]]]
     """The class of its stages."""
+    batch: ClassVar[type[StageBatch[Any]] | None] = None
+    """The class of its stages in arrays, set beside `stage`; None: it has none."""
     source: ClassVar[str] = "ours"
     """The source of the definition."""
 
@@ -216,15 +219,15 @@ def _read(function: Callable[..., Claims]) -> tuple[bool, dict[str, Any]]:
     return first[-1] == "rng", defaults
 
 
-class _InTurn(Stage["Pipeline"]):
+class InTurn(Stage["Pipeline"]):
     """Stages in order, each with its own random stream."""
 
     def begin(self) -> None:
         stages = self.spec.stages
-        self._stages = [stage.start(rng) for stage, rng in zip(stages, self.rng.spawn(len(stages)), strict=True)]
+        self.stages = [stage.start(rng) for stage, rng in zip(stages, self.rng.spawn(len(stages)), strict=True)]
 
     def speak(self, claims: Claims, view: View) -> Claims:
-        for stage in self._stages:
+        for stage in self.stages:
             claims = tuple(stage.speak(claims, view))
         return claims
 
@@ -234,7 +237,7 @@ class Pipeline(Personality):
     """Personalities that are applied from left to right."""
 
     stages: tuple[Personality, ...]
-    stage = _InTurn
+    stage = InTurn
 
     @property
     def needs(self) -> frozenset[str]:

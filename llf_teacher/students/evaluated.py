@@ -65,6 +65,10 @@ class EvaluatedPolicy(Policy[E_co]):
         self.steps.append((here, action))
         return action
 
+    def resume_at(self, steps: list[tuple[Features, int]]) -> None:
+        """Continue in the middle of an episode, given its states and actions by turn."""
+        self.steps = steps
+
     def did(self, action: Any) -> None:
         """Note the action in place of the last one."""
         self.steps[-1] = self.steps[-1][0], int(action)

@@ -1,11 +1,13 @@
 """importance(budget, threshold): speaks in states in which much is at stake, while the budget lasts."""
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any
 
-from teachers.personalities.early import Advising, Early
+from teachers.batches import Moments
+from teachers.personalities.early import Advising, AdvisingBatch, Early
 from teachers.personality import View
 from teachers.spec import Range
+from worlds.batches import Bools
 
 
 class Weighing(Advising["Importance"]):
@@ -14,6 +16,14 @@ class Weighing(Advising["Importance"]):
     def wants(self, view: View) -> bool:
         """Whether much is at stake in the next action."""
         return not view.moment.over and view.importance() >= self.spec.threshold
+
+
+class _WeighingBatch(AdvisingBatch["Importance"]):
+    """`Weighing` in arrays."""
+
+    def wants(self, moments: Moments[Any]) -> Bools:
+        """Whether much is at stake in the next actions."""
+        return ~moments.over & (self.oracle.importance(moments.after) >= self.spec.threshold)
 
 
 @dataclass(frozen=True)
@@ -27,4 +37,4 @@ class Importance(Early):
     """Least importance, at least 0."""
 
     needs = frozenset(("importance",))
-    stage = Weighing
+    stage, batch = Weighing, _WeighingBatch

@@ -1,8 +1,12 @@
 """only(kinds): a fixed subset of the kinds (LLF-Bench's feedback types that name kinds)."""
 
 from dataclasses import dataclass
+from typing import Any
 
-from teachers.atoms import FP
+import numpy as np
+
+from teachers.atoms import FP, KINDS
+from teachers.batches import Kinds, Memory, Moments, StageBatch
 from teachers.feedback import MIXED, parse_kinds
 from teachers.personality import Claims, Personality, Stage, View
 
@@ -17,6 +21,14 @@ class _Filter(Stage["Only"]):
         return [claim for claim in claims if claim.kind in self._kinds]
 
 
+class _FilterBatch(StageBatch["Only"]):
+    """Filters by kind."""
+
+    def speak(self, kinds: Kinds, memory: Memory, moments: Moments[Any]) -> tuple[Kinds, Memory]:
+        kept = parse_kinds(self.spec.kinds)
+        return kinds & np.uint8(sum(1 << bit for bit, kind in enumerate(KINDS) if kind in kept)), memory
+
+
 @dataclass(frozen=True)
 class Only(Personality):
     """Says claims of some kinds and withholds the others."""
@@ -25,7 +37,7 @@ class Only(Personality):
     """Names of kinds, joined by `+`."""
 
     source = "LLF-Bench's subsets"
-    stage = _Filter
+    stage, batch = _Filter, _FilterBatch
 
     def __post_init__(self) -> None:
         if not isinstance(self.kinds, str) or self.kinds == MIXED:
