@@ -10,16 +10,7 @@ from teachers.common import MayAsk, NotUnderstood
 from teachers.feedback import ALL, MIXED, draw_kinds, format_kinds, parse_kinds
 from teachers.information import Grounds
 from teachers.oracle import POSTERIOR, Oracle
-from teachers.personality import (
-    InTurn,
-    Personality,
-    Pipeline,
-    Stage,
-    View,
-    check_served,
-    parse_personality,
-    stages_of,
-)
+from teachers.personality import Personality, Pipeline, View, check_served, parse_personality, stages_of
 from teachers.phrasebook import Drawn, Draws, Paraphrase, Phrasebook, Rewriting, check_paraphrase
 from teachers.seeds import Seeds
 from teachers.voice import Change
@@ -144,11 +135,6 @@ class Teacher:
                 self._view.ground(self.grounds, self._stream("choice"))
             # Always as a pipeline, so that a lone personality draws what it draws as the first of several.
             self._stage = Pipeline(stages_of(self.personality)).start(self._stream("personality"))
-
-    @property
-    def stages(self) -> Sequence[Stage[Any]]:
-        """The personality in this episode, from left to right; empty if it passes on every claim."""
-        return self._stage.stages if isinstance(self._stage, InTurn) else ()
 
     @property
     def listens(self) -> bool:

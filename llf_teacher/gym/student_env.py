@@ -1,6 +1,6 @@
 """Gymnasium's view of the student's seat."""
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from typing import Any, Unpack
 
 from gymnasium import spaces
@@ -11,7 +11,6 @@ from pz_envs.numbers import Field
 from pz_envs.settings import Settings, SettingsKeywords, takes_settings
 from pz_envs.subject import Subject
 from teachers.atoms import SILENCE, Moment
-from teachers.teacher import Teacher
 
 NOT_SEATED = ("speech", "teacher_numbers")
 """The settings of the teacher's seat, which has a policy."""
@@ -118,16 +117,12 @@ class StudentEnv(SeatEnv):
         self.session.start_next_episode(start, options)
         return self._begin_episode()
 
-    def resume_from(
-        self, moment: Moment[Any], terminated: bool = False, remind: Callable[[Teacher], object] | None = None
-    ) -> None:
+    def resume_from(self, moment: Moment[Any], terminated: bool = False, past: Sequence[Moment[Any]] = ()) -> None:
         """Go on from a moment of an episode that was played elsewhere, after the teacher has spoken of it.
 
-        See `Session.resume_from`; `remind` is called with the session's teacher before it speaks.
+        See `Session.resume_from`.
         """
-        self.session.resume_from(moment, terminated)
-        if remind is not None:
-            remind(self.session.teacher)
+        self.session.resume_from(moment, terminated, past)
         self._speak()
         self._running = not moment.over
 

@@ -1,27 +1,18 @@
 """Oracles for many worlds at once, in arrays. A family's is in the module of its name."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
+from typing import Any, Generic, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from teachers.oracle import Oracle, RefusalError
-from worlds.batches import Bools, Floats, Ints, StateT, WorldBatch, most
+from worlds.batches import Bools, Floats, Ints, Rows, StateT, WorldBatch, most
 
-if TYPE_CHECKING:
-    from teachers.personality import Claims, Stage
-
-__all__ = ["Kinds", "Memory", "Moments", "OracleBatch", "Recall", "Said", "StageBatch", "subset"]
+__all__ = ["Kinds", "Moments", "OracleBatch", "Said", "subset"]
 
 Kinds = npt.NDArray[np.uint8]
 """Subsets of the kinds, of shape (rows,): bit i for kind i."""
-Memory = tuple[npt.NDArray[Any], ...]
-"""A NamedTuple of arrays of shape (rows, ...), which are never changed in place."""
-Recall = Callable[[int, int], "Claims"]
-"""The claims about the moment of so many turns ago, of a subset of the kinds, in the form that the stage got them."""
-S = TypeVar("S")
 
 
 class Moments(NamedTuple, Generic[StateT]):
@@ -35,6 +26,12 @@ class Moments(NamedTuple, Generic[StateT]):
     success: Bools
     turn: Ints
     over: Bools
+
+    def taken(self, worlds: WorldBatch[Any, StateT], rows: Rows) -> "Moments[StateT]":
+        """The moments of these rows."""
+        before, after = worlds.taken(self.before, rows), worlds.taken(self.after, rows)
+        reward, success, turn, over = self.reward[rows], self.success[rows], self.turn[rows], self.over[rows]
+        return Moments(before, self.action[rows], reward, after, success, turn, over)
 
 
 class Said(NamedTuple):
@@ -82,43 +79,8 @@ class OracleBatch(ABC, Generic[StateT]):
         raise RefusalError(f"{type(self).__name__} has no plan")
 
 
-class StageBatch(ABC, Generic[S]):
-    """A personality in arrays: a `teachers.personality.Stage` in each row, which withholds kinds of claims.
-
-    Args:
-        spec: the personality, for its parameters.
-        oracle: the oracles of the rows.
-        max_turns: turns after which an episode is truncated.
-    """
-
-    late = 0
-    """Turns by which it delays what is said."""
-
-    def __init__(self, spec: S, oracle: OracleBatch[Any], max_turns: int) -> None:
-        self.spec, self.oracle = spec, oracle
-
-    def blank(self, rows: int) -> Memory:
-        """The memory of so many rows at the opening of an episode; its fields have the names of those of the stage."""
-        return ()
-
-    @abstractmethod
-    def speak(self, kinds: Kinds, memory: Any, moments: Moments[Any]) -> tuple[Kinds, Memory]:
-        """The kinds to say, and the memory afterwards; all arguments are of the same rows, once a turn.
-
-        Args:
-            kinds: those that the stage before left.
-            memory: of the turns before.
-            moments: the moments to speak of.
-        """
-
-    def remind(self, stage: "Stage[Any]", memory: Memory, row: int, turn: int, recall: Recall) -> None:
-        """Copy the memory of a row into a stage in which `turn` turns have been played."""
-        for name, array in zip(getattr(memory, "_fields", ()), memory, strict=True):
-            setattr(stage, name, array[row].item())
-
-
 def subset(r: Bools, hp: Bools, hn: Bools, fp: Bools, fn: Bools) -> Kinds:
-    """The kinds that are true as bits, of shape (rows,): bit i for kind i."""
+    """The kinds that are true."""
     total = np.zeros(len(r), np.uint8)
     for bit, said in enumerate((r, hp, hn, fp, fn)):
         total |= said.view(np.uint8) << np.uint8(bit)

@@ -1,24 +1,13 @@
 """Teachers in arrays: what the oracle states in each row, and what a personality leaves of it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from teachers.atoms import KINDS, Claim, Moment
-from teachers.batches import Kinds, Memory, Moments, OracleBatch, Said, StageBatch
-from teachers.common import Late
+from teachers.batches import Kinds, Moments, OracleBatch, Said
 from teachers.personality import PERSONALITIES, Personality, parse_personality, stages_of
-from teachers.spec import fits
-from teachers.teacher import Teacher
-from worlds.batches import Rows, merged
-
-
-class _Mute(StageBatch[Personality]):
-    """Withholds everything."""
-
-    def speak(self, kinds: Kinds, memory: Memory, moments: Moments[Any]) -> tuple[Kinds, Memory]:
-        return np.zeros_like(kinds), memory
+from worlds.batches import Rows
 
 
 class TeacherBatch:
@@ -26,7 +15,7 @@ class TeacherBatch:
 
     Args:
         oracle: the oracles of the rows.
-        personality: a spec string or a `Personality`, each of whose stages withholds or delays kinds of claims.
+        personality: a spec string or a `Personality`, whose stages have a form in arrays.
         wanted: the kinds that may be said at all, as a subset's number.
         rows: number of rows.
         max_turns: turns after which an episode is truncated.
@@ -43,20 +32,22 @@ class TeacherBatch:
             raise ValueError(
                 f"in arrays teacher must be a spec string or a Personality, got {personality!r}; others: {instead}"
             )
-        self.oracle, self.personality = oracle, parse_personality(personality)
-        self._wanted = wanted
-        self._stages: list[StageBatch[Any]] = []
-        for stage in stages_of(self.personality):
-            batch = _batch_of(type(stage))
-            if batch is None:
-                able = ", ".join(name for name in PERSONALITIES.names if _batch_of(PERSONALITIES[name]))
+        self.oracle, self.personality, self._wanted = oracle, parse_personality(personality), wanted
+        stages = stages_of(self.personality)
+        for stage in stages:
+            if not stage.in_arrays():
+                able = ", ".join(name for name in PERSONALITIES.names if PERSONALITIES[name].in_arrays())
                 raise ValueError(f"the personality {stage} cannot play in arrays; allowed: {able}; others: {instead}")
-            if not stage.transparent:
-                self._stages.append(batch(stage, oracle, max_turns))
-        self.late = sum(stage.late for stage in self._stages)
-        """Turns by which everything that is said is late."""
-        self._memory = [stage.blank(rows) for stage in self._stages]
-        self._before = [*self._memory]  # when they spoke last
+        never = max_turns + 1
+        self._stages = [
+            (stage, np.zeros((rows, stage.numbers + min(stage.late, never))))
+            for stage in stages
+            if not stage.transparent
+        ]
+        self.late = sum(min(stage.late, never) for stage in stages)
+        """How many turns ago the turn was that everything said is about."""
+        self.past = max_turns if self._stages else 0
+        """How many earlier moments of an episode a scalar teacher needs to go on alike."""
         self._kinds: Kinds = np.zeros(rows, np.uint8)
 
     def judge(self, moments: Moments[Any], rows: Rows, past: Sequence[Moments[Any]]) -> tuple[Said, Moments[Any]]:
@@ -65,53 +56,19 @@ class TeacherBatch:
         Args:
             moments: the last ones.
             rows: the rows in which they are new.
-            past: those before, the latest first; at least `late` of them if so many turns have been played.
+            past: those before, the latest first.
         """
         said = self.oracle.judge(moments)
         if not self._stages:
             return said._replace(kinds=said.kinds & self._wanted), moments
-        kinds: Kinds = (said.kinds & self._wanted)[rows]
-        taken = self.oracle.worlds.taken
-        new: Moments[Any] = Moments(*(taken(each, rows) if isinstance(each, tuple) else each[rows] for each in moments))
-        opening = np.flatnonzero(new.turn == 0)
-        for number, stage in enumerate(self._stages):
-            before = type(memory := self._memory[number])(*(array[rows] for array in memory))
-            before = merged(before, opening, stage.blank(len(opening)))
-            kinds, after = stage.speak(kinds, before, new)
-            self._before[number], self._memory[number] = (
-                merged(old, rows, now) for old, now in ((self._before[number], before), (memory, after))
-            )
-        self._kinds = self._kinds.copy()
+        kinds, new = said.kinds[rows] & self._wanted, moments.taken(self.oracle.worlds, rows)
+        for stage, table in self._stages:
+            memory = table[rows]
+            memory[new.turn == 0] = 0.0
+            kinds = stage.speak_rows(kinds, memory, new, self.oracle)
+            table[rows] = memory
         self._kinds[rows] = kinds
-        if self.late and len(past) >= self.late:
+        if 0 < self.late <= len(past):
             moments = past[self.late - 1]
             said = self.oracle.judge(moments)
-        return said._replace(kinds=self._kinds), moments
-
-    def remind(self, teacher: Teacher, row: int, turn: int, moment: Callable[[int], Moment[Any]]) -> None:
-        """Copy what a row remembered before it spoke last into a teacher.
-
-        Args:
-            teacher: a teacher with the same personality that has begun the episode.
-            row: number of the row.
-            turn: number of turns so far.
-            moment: gives the row's moment of so many turns ago.
-        """
-        late = 0
-
-        def recall(ago: int, kinds: int) -> tuple[Claim[Any], ...]:
-            about = moment(ago + late)
-            wanted = {kind for bit, kind in enumerate(KINDS) if kinds >> bit & 1}
-            return tuple(Late(claim=each, turn=about.turn) for each in teacher.oracle.judge(about, wanted))
-
-        stages = [stage for stage in teacher.stages if not stage.spec.transparent]
-        for stage, batch, before in zip(stages, self._stages, self._before, strict=True):
-            batch.remind(stage, before, row, turn, recall)
-            late += batch.late
-
-
-def _batch_of(cls: type[Personality]) -> type[StageBatch[Any]] | None:
-    """The form of a personality in arrays; None if it has none."""
-    if cls.batch is not None and fits(cls, "batch", "stage"):
-        return cls.batch
-    return _Mute if cls.transparent is True or cls.mute is True else None
+        return said._replace(kinds=self._kinds.copy()), moments

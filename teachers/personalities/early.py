@@ -1,14 +1,12 @@
 """early(budget): speaks in the first turns and is silent from then on (early advising)."""
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
-import numpy as np
-
-from teachers.batches import Kinds, Moments, StageBatch
+from teachers.batches import Kinds, Moments, OracleBatch
 from teachers.personality import Claims, Personality, Stage, View
 from teachers.spec import Count
-from worlds.batches import Bools, Ints
+from worlds.batches import Floats
 
 E = TypeVar("E", bound="Early")
 
@@ -18,40 +16,18 @@ class Advising(Stage[E]):
 
     def begin(self) -> None:
         """Start with the whole budget."""
-        self.left = self.spec.budget
+        self._left = self.spec.budget
 
     def speak(self, claims: Claims, view: View) -> Claims:
         """All claims in turns that are worth it, while the budget lasts."""
-        if not claims or not self.left or not self.wants(view):
+        if not claims or not self._left or not self.wants(view):
             return ()
-        self.left -= 1
+        self._left -= 1
         return claims
 
     def wants(self, view: View) -> bool:
         """Whether this turn is worth a turn of the budget."""
         return True
-
-
-class _Left(NamedTuple):
-    left: Ints
-    """Turns that are left of the budget, of shape (rows,)."""
-
-
-class AdvisingBatch(StageBatch[E]):
-    """`Advising` in arrays."""
-
-    def blank(self, rows: int) -> _Left:
-        """The whole budget."""
-        return _Left(np.full(rows, self.spec.budget))
-
-    def speak(self, kinds: Kinds, memory: _Left, moments: Moments[Any]) -> tuple[Kinds, _Left]:
-        """All kinds in turns that are worth it, while the budget lasts."""
-        speaks = (kinds > 0) & (memory.left > 0) & self.wants(moments)
-        return kinds * speaks, _Left(memory.left - speaks)
-
-    def wants(self, moments: Moments[Any]) -> Bools:
-        """Whether these turns are worth a turn of the budget, of shape (rows,)."""
-        return np.ones(len(moments.turn), bool)
 
 
 @dataclass(frozen=True)
@@ -62,4 +38,11 @@ class Early(Personality):
     """Turns in which it may speak, at least 0."""
 
     source = "Torrey & Taylor 2013"
-    stage, batch = Advising, AdvisingBatch
+    stage = Advising
+    numbers = 1
+
+    def speak_rows(self, kinds: Kinds, memory: Floats, moments: Moments[Any], oracle: OracleBatch[Any]) -> Kinds:
+        """`Advising.speak` in arrays, where every turn is worth it; it remembers what is spent."""
+        speaks = (kinds > 0) & (memory[:, 0] < self.budget)
+        memory[:, 0] += speaks
+        return kinds * speaks

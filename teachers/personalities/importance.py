@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from teachers.batches import Moments
-from teachers.personalities.early import Advising, AdvisingBatch, Early
+from teachers.batches import Kinds, Moments, OracleBatch
+from teachers.personalities.early import Advising, Early
 from teachers.personality import View
 from teachers.spec import Range
-from worlds.batches import Bools
+from worlds.batches import Floats
 
 
 class Weighing(Advising["Importance"]):
@@ -16,14 +16,6 @@ class Weighing(Advising["Importance"]):
     def wants(self, view: View) -> bool:
         """Whether much is at stake in the next action."""
         return not view.moment.over and view.importance() >= self.spec.threshold
-
-
-class _WeighingBatch(AdvisingBatch["Importance"]):
-    """`Weighing` in arrays."""
-
-    def wants(self, moments: Moments[Any]) -> Bools:
-        """Whether much is at stake in the next actions."""
-        return ~moments.over & (self.oracle.importance(moments.after) >= self.spec.threshold)
 
 
 @dataclass(frozen=True)
@@ -37,4 +29,9 @@ class Importance(Early):
     """Least importance, at least 0."""
 
     needs = frozenset(("importance",))
-    stage, batch = Weighing, _WeighingBatch
+    stage = Weighing
+
+    def speak_rows(self, kinds: Kinds, memory: Floats, moments: Moments[Any], oracle: OracleBatch[Any]) -> Kinds:
+        """`Weighing.speak` in arrays."""
+        wants = ~moments.over & (oracle.importance(moments.after) >= self.threshold)
+        return super().speak_rows(kinds * wants, memory, moments, oracle)

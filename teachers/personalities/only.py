@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 
 from teachers.atoms import FP, KINDS
-from teachers.batches import Kinds, Memory, Moments, StageBatch
+from teachers.batches import Kinds, Moments, OracleBatch
 from teachers.feedback import MIXED, parse_kinds
 from teachers.personality import Claims, Personality, Stage, View
+from worlds.batches import Floats
 
 
 class _Filter(Stage["Only"]):
@@ -21,14 +22,6 @@ class _Filter(Stage["Only"]):
         return [claim for claim in claims if claim.kind in self._kinds]
 
 
-class _FilterBatch(StageBatch["Only"]):
-    """Filters by kind."""
-
-    def speak(self, kinds: Kinds, memory: Memory, moments: Moments[Any]) -> tuple[Kinds, Memory]:
-        kept = parse_kinds(self.spec.kinds)
-        return kinds & np.uint8(sum(1 << bit for bit, kind in enumerate(KINDS) if kind in kept)), memory
-
-
 @dataclass(frozen=True)
 class Only(Personality):
     """Says claims of some kinds and withholds the others."""
@@ -37,12 +30,17 @@ class Only(Personality):
     """Names of kinds, joined by `+`."""
 
     source = "LLF-Bench's subsets"
-    stage, batch = _Filter, _FilterBatch
+    stage = _Filter
 
     def __post_init__(self) -> None:
         if not isinstance(self.kinds, str) or self.kinds == MIXED:
             raise ValueError(f"kinds must be names of kinds joined by '+', got {self.kinds!r}")
         parse_kinds(self.kinds)
+
+    def speak_rows(self, kinds: Kinds, memory: Floats, moments: Moments[Any], oracle: OracleBatch[Any]) -> Kinds:
+        """`_Filter.speak` in arrays."""
+        kept = parse_kinds(self.kinds)
+        return kinds & np.uint8(sum(1 << bit for bit, kind in enumerate(KINDS) if kind in kept))
 
     @property
     def reveals(self) -> bool:

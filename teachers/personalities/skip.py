@@ -1,52 +1,30 @@
 """skip(eps): is silent when neither of the student's last two actions was good."""
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from teachers.batches import Kinds, Moments, StageBatch
+from teachers.batches import Kinds, Moments, OracleBatch
 from teachers.personality import Claims, Personality, Stage, View
 from teachers.spec import Share
-from worlds.batches import Floats, Ints, chosen, most
+from worlds.batches import Floats, chosen, most
 
 
 class _Worth(Stage["Skip"]):
     """Keeps the running mean of what was at stake, and the worth of the last action."""
 
     def begin(self) -> None:
-        self.turns, self.total, self.worth = 0, 0.0, 0.0
+        self._turns, self._total, self._worth = 0, 0.0, 0.0
 
     def speak(self, claims: Claims, view: View) -> Claims:
         values = view.past_values()
         if values is None:
             return claims
-        self.turns, self.total = self.turns + 1, self.total + max(values) - min(values)
-        earlier, self.worth = self.worth, values[view.moment.action] - min(values)
-        margin = self.spec.eps * self.total / self.turns * _BELOW
-        return () if max(earlier, self.worth) < margin else claims
-
-
-class _Acted(NamedTuple):
-    turns: Ints
-    total: Floats
-    worth: Floats
-
-
-class _WorthBatch(StageBatch["Skip"]):
-    """`_Worth` in arrays."""
-
-    def blank(self, rows: int) -> _Acted:
-        return _Acted(np.zeros(rows, np.int64), np.zeros(rows), np.zeros(rows))
-
-    def speak(self, kinds: Kinds, memory: _Acted, moments: Moments[Any]) -> tuple[Kinds, _Acted]:
-        acted = moments.turn > 0
-        values = self.oracle.values(moments.before)
-        turns = memory.turns + acted
-        total = np.where(acted, memory.total + most(values) + most(-values), 0.0)
-        worth = np.where(acted, chosen(values, moments.action) + most(-values), 0.0)
-        margin = self.spec.eps * total / np.maximum(turns, 1) * _BELOW
-        return kinds * ~(np.maximum(memory.worth, worth) < margin), _Acted(turns, total, worth)
+        self._turns, self._total = self._turns + 1, self._total + max(values) - min(values)
+        earlier, self._worth = self._worth, values[view.moment.action] - min(values)
+        margin = self.spec.eps * self._total / self._turns * _BELOW
+        return () if max(earlier, self._worth) < margin else claims
 
 
 @dataclass(frozen=True)
@@ -62,7 +40,17 @@ class Skip(Personality):
 
     source = "B-Pref eps_skip"
     needs = frozenset(("values",))
-    stage, batch = _Worth, _WorthBatch
+    stage = _Worth
+    numbers = 3
+
+    def speak_rows(self, kinds: Kinds, memory: Floats, moments: Moments[Any], oracle: OracleBatch[Any]) -> Kinds:
+        """`_Worth.speak` in arrays."""
+        acted, values = moments.turn > 0, oracle.values(moments.before)
+        turns, total, earlier = memory.T.copy()
+        turns, total = turns + 1, total + most(values) + most(-values)
+        worth = chosen(values, moments.action) + most(-values)
+        memory[acted] = np.column_stack((turns, total, worth))[acted]
+        return kinds * ~(acted & (np.maximum(earlier, worth) < self.eps * total / turns * _BELOW))
 
 
 _BELOW = 1 - 1e-9  # equal within rounding is not below

@@ -148,7 +148,7 @@ def test_a_partial_teacher_says_the_same_in_any_world_that_agrees_with_its_evide
         moments = list(play(env, seed, turns))
         session.open(seed)
         said = _watched(session, moments)
-        known = session.teacher.stages[0]._witness.information
+        known = session.teacher._stage._stages[0]._witness.information
         for draw, _ in known.possible()[:8]:
             changed += draw[0].truth != moments[0].after
             other = DrawnWorld(draw, moments)

@@ -24,7 +24,6 @@ from teachers.batches.teacher import TeacherBatch
 from teachers.feedback import MIXED, parse_kinds
 from teachers.session import BIT
 from teachers.spec import is_count
-from teachers.teacher import Teacher
 from worlds.batches import ALL, Bools, Floats, Ints, Rows, merged
 from worlds.batches.streams import Streams
 
@@ -91,7 +90,7 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
         wanted = wanted_kinds(self.settings.feedback_type, self.instead)
         self.teacher = TeacherBatch(self.oracle, self.settings.teacher, wanted, num_envs, self.max_turns, self.instead)
         """The teachers, in arrays."""
-        self._past: deque[Moments[Any]] = deque(maxlen=self.teacher.late)  # the latest first
+        self._past: deque[Moments[Any]] = deque(maxlen=self.teacher.past)  # the latest first
         self._new = np.ones(num_envs, bool)  # the rows whose moment has not been judged
         self._ends = self.settings.until_success and not self.family.repeated
         self._all_rows = np.arange(num_envs)
@@ -264,11 +263,10 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
         self._new[:] = False
         return self.teacher.judge(self.moments, rows, self._past)
 
-    def _remind(self, teacher: Teacher, row: int) -> None:
-        """Have the teacher of a scalar environment remember what a row's teacher remembers."""
-        moments = [self.moments, *self._past]
-        turn = int(self.moments.turn[row])
-        self.teacher.remind(teacher, row, turn, lambda ago: self._moment(moments[ago], row))
+    def _before(self, row: int) -> list[Moment[Any]]:
+        """The moments of a row's episode before the last one, from the opening on, if its teacher remembers them."""
+        turns = min(int(self.moments.turn[row]), len(self._past))
+        return [self._moment(self._past[ago], row) for ago in reversed(range(turns))]
 
     def terminated(self, rows: Rows = ALL) -> Bools:
         """Whether the student's episode has ended by success."""

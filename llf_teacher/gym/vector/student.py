@@ -43,7 +43,7 @@ class StudentVectorEnv(RowsEnv):
         autoreset_mode: one of Gymnasium's.
         keywords: fields of `pz_envs.settings.Settings` that replace those, the world's options, and those of the
             family's batch, such as `pool`. Allowed are `teacher` (personalities that withhold or delay kinds of
-            claims; see `teachers.batches.StageBatch`), `feedback_type` (not `m`: it is the
+            claims; see `Personality.in_arrays`), `feedback_type` (not `m`: it is the
             same in each turn), `max_turns`, `until_success`, `numbers`, `render_mode` and `theme`, and for `words` and
             `lesson` also `instruction_type`, `voice` and `paraphrase`.
 
@@ -107,7 +107,7 @@ class StudentVectorEnv(RowsEnv):
         return said
 
     def _resume(self, env: StudentEnv, row: int) -> None:
-        env.resume_from(self.moment(row), bool(self.terminated()[row]), lambda teacher: self._remind(teacher, row))
+        env.resume_from(self.moment(row), bool(self.terminated()[row]), self._before(row))
 
     def _begin(self, rows: Ints, seeds: Sequence[int | None]) -> None:
         """Only the worlds begin."""

@@ -72,7 +72,7 @@ class TeacherVectorEnv(RowsEnv):
         autoreset_mode: one of Gymnasium's.
         keywords: fields of `pz_envs.settings.Settings` that replace those, the world's options, and those of the
             family's batch, such as `pool`. Allowed are `teacher` (personalities that withhold or delay kinds of
-            claims; see `teachers.batches.StageBatch`), `feedback_type` (not `m`: it is the same in each turn), `cost`,
+            claims; see `Personality.in_arrays`), `feedback_type` (not `m`: it is the same in each turn), `cost`,
             `budget`, `teacher_reward` (a name of `pz_envs.rewards`), `teacher_numbers`, `max_turns`, `until_success`,
             `render_mode` and `theme`.
 
@@ -168,8 +168,8 @@ class TeacherVectorEnv(RowsEnv):
         env.reset(seed=row)
         done, terminated = bool(self._finished[row]), bool(self.terminated()[row])
         start = self.worlds.truth(self._start, row)
-        env.resume_from(self.moment(row), terminated=terminated, spent=int(self.spent[row]), start=start, done=done)
-        self._remind(env.session.teacher, row)
+        spent, past = int(self.spent[row]), self._before(row)
+        env.resume_from(self.moment(row), terminated=terminated, spent=spent, start=start, done=done, past=past)
         env.session.world.np_random = self._streams.stream(row)
         seen = [frozen(self.worlds.seen(row, place)) for place in range(self.lives.visits.shape[1])]
         self.students.teach(env.student, row, int(self.moments.turn[row]), seen, int(self.lives.here[row]))

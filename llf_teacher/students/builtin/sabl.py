@@ -27,7 +27,7 @@ def log_chances(error: Any, plus: NDArray[np.float64], minus: NDArray[np.float64
     """
     right = np.stack([error * (1 - minus), (1 - error) * plus + error * minus, (1 - error) * (1 - plus)])
     wrong = np.stack([(1 - error) * (1 - minus), (1 - error) * minus + error * plus, error * (1 - plus)])
-    return np.log(np.maximum(np.stack([wrong, right]), 1e-12))
+    return np.asarray(np.log(np.maximum(np.stack([wrong, right]), 1e-12)))
 
 
 class _Policy(EvaluatedPolicy["Sabl"]):

@@ -48,7 +48,8 @@ class _Policy(LearnerPolicy["Ucb"]):
             untried: the actions that have no reward yet, the next one last.
             last: the last action.
         """
-        self._count, self._sum, self._untried, self._last = count, total, untried, last
+        self._count, self._sum, self._untried = count, total, untried
+        self.take(last)
 
     def take(self, action: Any) -> None:
         """Note the action; an advised action counts as tried."""
