@@ -106,11 +106,11 @@ class Personality(Spec):
 
     # In arrays: what a class overrides beside `stage` if all that it does is to withhold or to delay kinds of claims.
 
-    numbers: ClassVar[int] = 0
-    """How many numbers its stage remembers in a row, beside `late`; 0 at the opening."""
+    row_memory: ClassVar[int] = 0
+    """How many numbers its stage remembers in a row, beside `row_delay`; 0 at the opening."""
 
     @property
-    def late(self) -> int:
+    def row_delay(self) -> int:
         """By how many turns it delays all that is said; its stage remembers as many numbers more."""
         return 0
 

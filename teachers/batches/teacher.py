@@ -40,11 +40,11 @@ class TeacherBatch:
                 raise ValueError(f"the personality {stage} cannot play in arrays; allowed: {able}; others: {instead}")
         never = max_turns + 1
         self._stages = [
-            (stage, np.zeros((rows, stage.numbers + min(stage.late, never))))
+            (stage, np.zeros((rows, stage.row_memory + min(stage.row_delay, never))))
             for stage in stages
             if not stage.transparent
         ]
-        self.late = sum(min(stage.late, never) for stage in stages)
+        self.late = sum(min(stage.row_delay, never) for stage in stages)
         """How many turns ago the turn was that everything said is about."""
         self.past = max_turns if self._stages else 0
         """How many earlier moments of an episode a scalar teacher needs to go on alike."""

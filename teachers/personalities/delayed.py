@@ -36,7 +36,7 @@ class Delayed(Personality):
     stage = _Delay
 
     @property
-    def late(self) -> int:
+    def row_delay(self) -> int:
         """The delay."""
         return self.turns
 

@@ -39,7 +39,7 @@ class Early(Personality):
 
     source = "Torrey & Taylor 2013"
     stage = Advising
-    numbers = 1
+    row_memory = 1
 
     def speak_rows(self, kinds: Kinds, memory: Floats, moments: Moments[Any], oracle: OracleBatch[Any]) -> Kinds:
         """`Advising.speak` in arrays, where every turn is worth it; it remembers what is spent."""

@@ -41,7 +41,7 @@ class Skip(Personality):
     source = "B-Pref eps_skip"
     needs = frozenset(("values",))
     stage = _Worth
-    numbers = 3
+    row_memory = 3
 
     def speak_rows(self, kinds: Kinds, memory: Floats, moments: Moments[Any], oracle: OracleBatch[Any]) -> Kinds:
         """`_Worth.speak` in arrays."""

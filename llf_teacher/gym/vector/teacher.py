@@ -152,6 +152,7 @@ class TeacherVectorEnv(RowsEnv):
         return TeacherEnv(
             self.env_id,
             settings=replace(self.scalar_settings, speech="kinds"),
+            until_success=self.settings.until_success,  # or TeacherEnv takes False for its default
             student=student,
             actions=self.actions,
             episodes=self.episodes,
