@@ -111,7 +111,7 @@ TEACHERS = (
     "silent | early",
     "early(budget=2)",
     "only(kinds='hp+fp') | early(budget=3)",
-    "importance(budget=3, threshold=0.3)",
+    "importance(budget=9, threshold=0.3)",
     "delayed(turns=1)",
     "delayed(turns=1) | early(budget=2) | delayed(turns=2)",
     "oracle | delayed(turns=30)",
