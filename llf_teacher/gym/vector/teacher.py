@@ -272,7 +272,7 @@ class TeacherVectorEnv(RowsEnv):
             share = np.maximum(self.budget - self.spent, 0) / self.budget
         self._values = self.oracle.values(moments.after)
         self._best = most(self._values)
-        importance = np.minimum(self.oracle.importance(moments.after), self.oracle.oracle.max_importance)
+        importance = np.minimum(self._best + most(-self._values), self.oracle.oracle.max_importance)
         paid = np.clip(moments.reward, self._low, self._high)
         observed: dict[str, npt.NDArray[Any]] = {
             "available": SUBSET_BITS.take(self._available(), axis=0),

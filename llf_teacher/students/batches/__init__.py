@@ -80,6 +80,19 @@ class StudentBatch(ABC, Generic[S]):
         self.clear(rows)
         self.start(rows)
 
+    def drawn_from(self, may: Bools, rows: Ints) -> Ints:
+        """A random one of the allowed actions, shape (n, actions); column by column, as in `most`."""
+        order = np.empty(may.shape, np.int64)
+        count = np.zeros(len(rows), np.int64)
+        for action in range(self.actions):
+            count += may[:, action]
+            order[:, action] = count
+        place = self.streams.integers(count, rows)
+        chosen = np.zeros(len(rows), np.int64)
+        for action in range(self.actions - 1):
+            chosen += order[:, action] <= place
+        return chosen
+
     @abstractmethod
     def clear(self, rows: Ints) -> None:
         """Forget everything."""
@@ -185,15 +198,6 @@ class LearnerBatch(StudentBatch[Learner]):
     @abstractmethod
     def choose(self, rows: Ints, places: Ints, wrong: Ints | None = None) -> Ints:
         """`LearnerPolicy.choose`, with at most one wrong action in each row."""
-
-
-def nth(may: Bools, place: Ints) -> Ints:
-    """For each row of `may` the column of its true entry number `place`, from 0; column by column, as in `most`."""
-    found, count = np.zeros(len(may), np.int64), np.zeros(len(may), np.int64)
-    for column in range(may.shape[1] - 1):
-        count += may[:, column]
-        found += count <= place
-    return found
 
 
 def students(spec: Student, seats: Seats) -> StudentBatch[Any]:

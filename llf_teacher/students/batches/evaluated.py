@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from llf_teacher.students.batches import Seats, StudentBatch, nth
+from llf_teacher.students.batches import Seats, StudentBatch
 from llf_teacher.students.evaluated import Evaluated, EvaluatedPolicy
 from llf_teacher.students.scene import Heard
 from llf_teacher.students.student import Policy
@@ -63,10 +63,10 @@ class EvaluatedBatch(StudentBatch[Evaluated]):
     def best(self, rows: Ints, scores: Floats) -> Ints:
         """Actions of the greatest scores, shape (n, actions); ties are broken at random."""
         ties = scores >= most(scores)[:, None] - 1e-12
-        count, place = np.count_nonzero(ties, axis=1), np.zeros(len(rows), np.int64)
-        several = np.flatnonzero(count > 1)
-        place[several] = self.streams.integers(count[several], rows[several])
-        return nth(ties, place)
+        actions: Ints = ties.argmax(axis=1)
+        several = np.flatnonzero(np.count_nonzero(ties, axis=1) > 1)
+        actions[several] = self.drawn_from(ties[several], rows[several])
+        return actions
 
     def teach(self, policy: Policy[Any], row: int, turn: int, seen: Sequence[Any], here: int) -> None:
         """Copy the memory of a row; of the steps those that may still be evaluated."""

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from llf_teacher.students.batches import LearnerBatch, Seats, nth
+from llf_teacher.students.batches import LearnerBatch, Seats
 from llf_teacher.students.learner import Learner
 from llf_teacher.students.student import Policy
 from worlds.batches import Bools, Floats, Ints, most
@@ -43,7 +43,7 @@ class QLearners(LearnerBatch):
         if len(bold):
             explores = bold[self.streams.random(rows[bold]) < epsilon[bold]]
             may[explores] = values[explores] > -np.inf
-        return nth(may, self.streams.integers(np.count_nonzero(may, axis=1), rows))
+        return self.drawn_from(may, rows)
 
     def take(self, rows: Ints, places: Ints, actions: Ints) -> None:
         """Note the states and the actions."""
