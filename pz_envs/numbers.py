@@ -155,22 +155,24 @@ class Numbers:
         np.minimum(array, self.greatest, out=array)
         return array.astype(np.float32)
 
-    def of_rows(self, state: Any, turn: Rows, reward: Rows, kinds: Rows, claims: "RowClaims") -> Rows:
+    def of_rows(self, state: Any, turn: Rows, reward: Rows, kinds: Rows, claims: "RowClaims", late: int = 0) -> Rows:
         """The arrays of many lessons, as `of` gives them one by one, float32 of shape (rows, numbers).
 
         Args:
             state: the worlds' observations, as Gymnasium batches them.
             turn: the students' turns so far, of shape (rows,), as all that follow.
-            reward: of the last turn.
+            reward: of the turn that the claims are about.
             kinds: that are said, as subsets' numbers.
             claims: what is said.
+            late: how many turns ago the turn was that it is about.
         """
         count = len(turn)
-        share, all_said = turn / self._max_turns, (kinds[:, None] >> np.arange(len(KINDS)) & 1).astype(bool)
+        share, about = turn / self._max_turns, (turn - late) / self._max_turns
+        all_said = (kinds[:, None] >> np.arange(len(KINDS)) & 1).astype(bool)
         columns = [*self._of_state(state, count), share]
         for i, kind in enumerate(KINDS):
             said = all_said[:, i]
-            columns += [said, np.where(said, claims.number[:, i], 0), np.where(said, share, 0.0)]
+            columns += [said, np.where(said, claims.number[:, i], 0), np.where(said, about, 0.0)]
             if kind is R:
                 columns.append(np.where(said, reward, 0.0))
                 continue

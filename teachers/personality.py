@@ -16,9 +16,11 @@ import numpy as np
 
 from teachers import personalities
 from teachers.atoms import Claim
+from teachers.batches import Kinds, Moments, OracleBatch
 from teachers.oracle import ABILITIES, Oracle
-from teachers.spec import Registry, Spec, unknown
+from teachers.spec import Registry, Spec, fits, unknown
 from teachers.view import View
+from worlds.batches import Floats
 
 __all__ = [
     "PERSONALITIES",
@@ -101,6 +103,32 @@ class Personality(Spec):
     def start(self, rng: np.random.Generator) -> Stage[Any]:
         """The stage for one episode."""
         return self.stage(self, rng)
+
+    # In arrays: what a class overrides beside `stage` if all that it does is to withhold or to delay kinds of claims.
+
+    row_memory: ClassVar[int] = 0
+    """How many numbers its stage remembers in a row, beside `row_delay`; 0 at the opening."""
+
+    @property
+    def row_delay(self) -> int:
+        """By how many turns it delays all that is said; its stage remembers as many numbers more."""
+        return 0
+
+    def speak_rows(self, kinds: Kinds, memory: Floats, moments: Moments[Any], oracle: OracleBatch[Any]) -> Kinds:
+        """The kinds to say in some rows: `Stage.speak` in arrays.
+
+        Args:
+            kinds: those that the oracle or the stage before leaves.
+            memory: the numbers, shape (rows, numbers), which are changed in place.
+            moments: the moments to speak of, in the same rows.
+            oracle: for what can be found out of their states.
+        """
+        return np.zeros_like(kinds) if self.mute else kinds
+
+    @classmethod
+    def in_arrays(cls) -> bool:
+        """Whether it has a form in arrays."""
+        return True in (cls.mute, cls.transparent) or fits(cls, "stage", "speak_rows")
 
     def __or__(self, after: "Personality") -> "Pipeline":
         """A pipeline of both, in which the second gets the claims that the first passes on; the order matters.

@@ -4,6 +4,8 @@ from typing import Final
 
 import numpy as np
 
+from worlds.batches.streams import Stream
+
 STREAMS: Final = (
     "oracle",
     "personality",
@@ -58,6 +60,8 @@ class Seeds:
 
 def streams_beside(rng: np.random.Generator, count: int) -> list[np.random.Generator]:
     """Random streams that a generator's seed determines; neither its draws nor what it spawns change."""
+    if isinstance(rng, Stream):
+        return [*rng.streams_beside(count)]
     seed: np.random.SeedSequence = rng.bit_generator.seed_seq  # type: ignore[assignment]  # NumPy's stubs have its interface
     keys = [(*seed.spawn_key, _BESIDE, number) for number in range(count)]
     return [np.random.default_rng(np.random.SeedSequence(seed.entropy, spawn_key=key)) for key in keys]

@@ -436,7 +436,7 @@ class Session:
         self._inputs = None
         return moment
 
-    def resume_from(self, moment: Moment[Any], terminated: bool = False) -> None:
+    def resume_from(self, moment: Moment[Any], terminated: bool = False, past: Sequence[Moment[Any]] = ()) -> None:
         """Go on from a moment of an episode that was played elsewhere; the teachers are the next to speak.
 
         Call `open` before: the random streams are those that it has begun.
@@ -444,6 +444,7 @@ class Session:
         Args:
             moment: with the world's truths.
             terminated: whether the episode has ended there other than by its length.
+            past: the moments of the episode before, from the opening on, for personalities that remember them.
         """
         self._inputs = None
         self.world.restore(moment.after)
@@ -452,6 +453,10 @@ class Session:
         if moment.turn:
             if not self.instructs:
                 self.offers[0].suggestion()  # with the instruction its oracle starts
+            if past:
+                self.teacher.begin(self.seeds)
+                for earlier in past:
+                    self.teacher.judge(earlier)
             self.follow(moment, terminated)
             if self.observer is not None:
                 self.observer.begin(moment)

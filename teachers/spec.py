@@ -92,6 +92,12 @@ class Spec:
 S = TypeVar("S", bound=Spec)
 
 
+def fits(cls: type, form: str, name: str) -> bool:
+    """Whether the class that defines an attribute also defines another form of it, so that both do the same."""
+    owners = [next(base for base in cls.__mro__ if each in vars(base)) for each in (form, name)]
+    return owners[0] is owners[1]
+
+
 @lru_cache(maxsize=1024)
 def signature_of(function: Callable[..., Any]) -> inspect.Signature:
     """The signature of a class or a function; it is found once, since each environment that is made asks for some.

@@ -1,5 +1,6 @@
 """Gymnasium's view of the student's seat."""
 
+from collections.abc import Sequence
 from typing import Any, Unpack
 
 from gymnasium import spaces
@@ -116,12 +117,12 @@ class StudentEnv(SeatEnv):
         self.session.start_next_episode(start, options)
         return self._begin_episode()
 
-    def resume_from(self, moment: Moment[Any], terminated: bool = False) -> None:
+    def resume_from(self, moment: Moment[Any], terminated: bool = False, past: Sequence[Moment[Any]] = ()) -> None:
         """Go on from a moment of an episode that was played elsewhere, after the teacher has spoken of it.
 
         See `Session.resume_from`.
         """
-        self.session.resume_from(moment, terminated)
+        self.session.resume_from(moment, terminated, past)
         self._speak()
         self._running = not moment.over
 

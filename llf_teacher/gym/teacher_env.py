@@ -1,7 +1,7 @@
 """Gymnasium's view of the teacher's seat."""
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Unpack, cast
 
 import numpy as np
@@ -197,7 +197,16 @@ class TeacherEnv(SeatEnv):
         observation, info = self._observe()
         return observation, reward, terminated, truncated, info
 
-    def resume_from(self, moment: Moment[Any], *, terminated: bool, spent: int, start: Any, done: bool) -> None:
+    def resume_from(
+        self,
+        moment: Moment[Any],
+        *,
+        terminated: bool,
+        spent: int,
+        start: Any,
+        done: bool,
+        past: Sequence[Moment[Any]] = (),
+    ) -> None:
         """Go on from a moment of an episode that was played elsewhere; the teacher is the next to speak.
 
         Call `reset` before, which begins the random streams. Student and lifetime are restored separately.
@@ -208,8 +217,9 @@ class TeacherEnv(SeatEnv):
             spent: atoms said in this lifetime.
             start: the truth with which the episodes of the lifetime begin.
             done: whether the teacher has spoken for the last time.
+            past: the moments of the episode before.
         """
-        self.session.resume_from(moment, terminated)
+        self.session.resume_from(moment, terminated, past)
         self.teacher_view.offer.purse.spent = spent
         self._start, self._running = start, not done
 

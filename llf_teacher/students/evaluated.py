@@ -1,7 +1,7 @@
 """Base of students that learn from evaluation: from praise and blame of their actions, and from silence."""
 
 from abc import abstractmethod
-from collections.abc import Hashable, Iterator
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, TypeVar
 
@@ -64,6 +64,10 @@ class EvaluatedPolicy(Policy[E_co]):
         action = self.choose(here)
         self.steps.append((here, action))
         return action
+
+    def resume_at(self, steps: Sequence[tuple[Features, int]]) -> None:
+        """Continue in the middle of an episode, given its states and actions by turn."""
+        self.steps = [*steps]
 
     def did(self, action: Any) -> None:
         """Note the action in place of the last one."""

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from llf_teacher.serialization import to_json
 from pz_envs.text_mode import read_text
 from teachers.atoms import Claim, claim
+from worlds.batches import Bools, Ints
+from worlds.batches.streams import Streams
 from worlds.world import World
 
 Floats = NDArray[np.float64]
@@ -74,6 +76,59 @@ class Scene:
     def as_given(self, action: Any) -> Any:
         """An action in canonical form as the student would give it."""
         return to_json(action) if self._text and not isinstance(action, str) else action
+
+
+class Heard(NamedTuple):
+    """What students hear in arrays, a row each."""
+
+    kinds: Ints
+    """The kinds of the claims, shape (rows,): bit i for kind i."""
+    advised: Ints
+    """The advised actions, shape (rows,); undefined where there is no advice."""
+    warned: Ints
+    """The actions of warnings, likewise."""
+
+
+class SceneBatch:
+    """What a trait knows in arrays: a `Scene` in each row.
+
+    Args:
+        streams: its own random streams, one for each row.
+        turns: the numbers of turns so far, shape (rows,).
+        last: the actions of the last turn, shape (rows,).
+        actions: number of actions.
+    """
+
+    def __init__(self, streams: Streams, turns: Ints, last: Ints, actions: int) -> None:
+        self.streams, self._turns, self._last, self._actions = streams, turns, last, actions
+        self.rows: Ints
+        """The rows that are asked about, shape (n,)."""
+
+    @property
+    def turn(self) -> Ints:
+        """The numbers of turns so far, shape (n,)."""
+        return self._turns[self.rows]
+
+    @property
+    def last(self) -> Ints:
+        """The actions of the last turn, shape (n,); undefined in the first."""
+        return self._last[self.rows]
+
+    def happens(self, p: float, where: Bools) -> Bools:
+        """True with probability `p` in the rows in which `where`, shape (n,); the others draw nothing."""
+        found = where.copy()
+        found[where] = self.streams.random(self.rows[where]) < p
+        return found
+
+    def another(self, actions: Ints, where: Bools) -> Ints:
+        """Random other actions in the rows in which `where`, shape (n,); -1 where none is found."""
+        found, left = np.full(len(actions), -1), np.flatnonzero(where)
+        for _ in range(_TRIES):
+            drawn = self.streams.integers(self._actions, self.rows[left])
+            fits = drawn != actions[left]
+            found[left[fits]] = drawn[fits]
+            left = left[~fits]
+        return found
 
 
 def changed(claim: C, **fields: Any) -> C:

@@ -14,14 +14,16 @@ from typing import Any, ClassVar
 import numpy as np
 
 from llf_teacher.students import traits
-from llf_teacher.students.scene import BareSentence, Floats, HeardTurn, Recovery, Scene
+from llf_teacher.students.scene import BareSentence, Floats, Heard, HeardTurn, Recovery, Scene, SceneBatch
 from llf_teacher.students.student import TAUGHT, ModelReply, Policy, Student
 from pz_envs.subject import Subject
 from teachers.atoms import SILENCE, ActionClaim, Atom, Claim, PlanClaim, Utterance
 from teachers.common import Late
 from teachers.phrasebook import Drawn
 from teachers.seeds import streams_beside
-from teachers.spec import Spec
+from teachers.spec import Spec, fits
+from worlds.batches import Bools, Ints
+from worlds.batches.streams import Stream
 from worlds.world import World
 
 _SENTENCES = re.compile(r"(?<=[.!?])\s+|\n+")
@@ -67,6 +69,25 @@ class Trait(Spec):
     def act(self, action: Any, scene: Scene) -> Any:
         """The action that is taken when the student gives this one; by default the same object."""
         return action
+
+    # The same in arrays, which a class overrides beside those; see `llf_teacher.students.batches.traited`.
+
+    def hear_rows(self, heard: Heard, scene: SceneBatch) -> Heard:
+        """What is heard in the rows of a scene."""
+        return heard
+
+    def forgets_rows(self, scene: SceneBatch) -> Bools:
+        """Whether the students in the rows of a scene forget now, shape (n,)."""
+        return np.zeros(len(scene.rows), bool)
+
+    def act_rows(self, actions: Ints, scene: SceneBatch) -> Ints:
+        """The actions that are taken in the rows of a scene, shape (n,)."""
+        return actions
+
+    @classmethod
+    def in_arrays(cls) -> bool:
+        """Whether each of its methods has its form in arrays."""
+        return cls is not Trait and all(fits(cls, name, f"{name}_rows") for name in ("hear", "forgets", "act"))
 
     def log_likelihood(self, strengths: Floats, steps: Sequence[HeardTurn]) -> Floats:
         """The log-likelihood of an episode by the trait's strength, shape (strengths,).
@@ -120,6 +141,19 @@ class _Policy(Policy["Traited"]):
         for scene in self._scenes:
             scene.turn = self._turn
         self.inner.finish(*self._heard(observation, info), terminated)
+
+    def resume_at(self, turn: int, since: int, last: Any, streams: Sequence[Stream]) -> None:
+        """Continue in the middle of an episode.
+
+        Args:
+            turn: number of turns so far.
+            since: the turn before which it last forgot, else 0.
+            last: the action of the last turn.
+            streams: one for each trait.
+        """
+        self._turn, self._since, self.rng = turn, since, self.inner.rng
+        for scene, stream in zip(self._scenes, streams, strict=True):
+            scene.last, scene.rng = last, stream
 
     def record(self) -> ModelReply:
         """The student's."""

@@ -7,9 +7,12 @@ import numpy as np
 import numpy.typing as npt
 
 from teachers.oracle import Oracle, RefusalError
-from worlds.batches import Bools, Floats, Ints, StateT, WorldBatch
+from worlds.batches import Bools, Floats, Ints, Rows, StateT, WorldBatch, most
 
-__all__ = ["Moments", "OracleBatch", "Said", "subset"]
+__all__ = ["Kinds", "Moments", "OracleBatch", "Said", "subset"]
+
+Kinds = npt.NDArray[np.uint8]
+"""Subsets of the kinds, of shape (rows,): bit i for kind i."""
 
 
 class Moments(NamedTuple, Generic[StateT]):
@@ -24,12 +27,18 @@ class Moments(NamedTuple, Generic[StateT]):
     turn: Ints
     over: Bools
 
+    def taken(self, worlds: WorldBatch[Any, StateT], rows: Rows) -> "Moments[StateT]":
+        """The moments of these rows."""
+        before, after = worlds.taken(self.before, rows), worlds.taken(self.after, rows)
+        reward, success, turn, over = self.reward[rows], self.success[rows], self.turn[rows], self.over[rows]
+        return Moments(before, self.action[rows], reward, after, success, turn, over)
+
 
 class Said(NamedTuple):
     """What there is to say of moments, one row each."""
 
-    kinds: npt.NDArray[np.uint8]
-    """The kinds of the claims, of shape (rows,): bit i for kind i."""
+    kinds: Kinds
+    """The kinds of the claims."""
     advised: npt.NDArray[Any]
     """The advised action (fp); undefined where there is none."""
     warned: npt.NDArray[Any]
@@ -59,13 +68,19 @@ class OracleBatch(ABC, Generic[StateT]):
         """Value per discrete action, of shape (rows, actions), as `Oracle.values`; importance and regret follow."""
         raise RefusalError(f"{type(self).__name__} gives no values")
 
+    def importance(self, state: StateT) -> Floats:
+        """What is at stake in the next action, of shape (rows,), as `Oracle.importance`; by default from the values."""
+        values = self.values(state)
+        stake: Floats = most(values) + most(-values)
+        return stake
+
     def plan_length(self, state: StateT, n: int) -> Ints:
         """The number of actions in `Oracle.plan`, of shape (rows,)."""
         raise RefusalError(f"{type(self).__name__} has no plan")
 
 
-def subset(r: Bools, hp: Bools, hn: Bools, fp: Bools, fn: Bools) -> npt.NDArray[np.uint8]:
-    """The kinds that are true as bits, of shape (rows,): bit i for kind i."""
+def subset(r: Bools, hp: Bools, hn: Bools, fp: Bools, fn: Bools) -> Kinds:
+    """The kinds that are true."""
     total = np.zeros(len(r), np.uint8)
     for bit, said in enumerate((r, hp, hn, fp, fn)):
         total |= said.view(np.uint8) << np.uint8(bit)

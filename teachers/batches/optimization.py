@@ -34,6 +34,12 @@ class OptimizationOracleBatch(OracleBatch[State]):
         advice = np.where(good[:, None], np.stack(advised, 1), after.x)
         return Said(kinds, advice, np.stack(warned, 1), verdicts, judges)
 
+    def importance(self, state: State) -> Floats:
+        """The reward that can still be gained."""
+        low, high = self.worlds.world.reward_range
+        gain: Floats = high - np.clip(-state.y / 100, low, high)
+        return gain
+
     def _verdicts(self, moments: Moments[State], landscapes: Landscapes) -> tuple[np.ndarray, np.ndarray]:
         """The numbers of praises and of blames, of shape (rows, 2), and whether the whole proposal has either."""
         start, before, after = _points(moments.before.x), moments.before.y, moments.after.y

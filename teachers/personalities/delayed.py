@@ -2,11 +2,15 @@
 
 from collections import deque
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any
 
+import numpy as np
+
+from teachers.batches import Kinds, Moments, OracleBatch
 from teachers.common import Late
 from teachers.personality import Claims, Personality, Stage, View
 from teachers.spec import Range
+from worlds.batches import Floats
 
 
 class _Delay(Stage["Delayed"]):
@@ -30,3 +34,14 @@ class Delayed(Personality):
 
     source = "TAMER: Knox & Stone 2009"
     stage = _Delay
+
+    @property
+    def row_delay(self) -> int:
+        """The delay."""
+        return self.turns
+
+    def speak_rows(self, kinds: Kinds, memory: Floats, moments: Moments[Any], oracle: OracleBatch[Any]) -> Kinds:
+        """`_Delay.speak` in arrays; it remembers the kinds that are still to be said, the oldest first."""
+        queue = np.column_stack((memory, kinds))
+        memory[:] = queue[:, 1:]
+        return queue[:, 0].astype(np.uint8)

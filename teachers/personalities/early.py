@@ -1,10 +1,12 @@
 """early(budget): speaks in the first turns and is silent from then on (early advising)."""
 
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Any, TypeVar
 
+from teachers.batches import Kinds, Moments, OracleBatch
 from teachers.personality import Claims, Personality, Stage, View
 from teachers.spec import Count
+from worlds.batches import Floats
 
 E = TypeVar("E", bound="Early")
 
@@ -37,3 +39,10 @@ class Early(Personality):
 
     source = "Torrey & Taylor 2013"
     stage = Advising
+    row_memory = 1
+
+    def speak_rows(self, kinds: Kinds, memory: Floats, moments: Moments[Any], oracle: OracleBatch[Any]) -> Kinds:
+        """`Advising.speak` in arrays, where every turn is worth it; it remembers what is spent."""
+        speaks = (kinds > 0) & (memory[:, 0] < self.budget)
+        memory[:, 0] += speaks
+        return kinds * speaks

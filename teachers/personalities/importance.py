@@ -1,11 +1,13 @@
 """importance(budget, threshold): speaks in states in which much is at stake, while the budget lasts."""
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any
 
+from teachers.batches import Kinds, Moments, OracleBatch
 from teachers.personalities.early import Advising, Early
 from teachers.personality import View
 from teachers.spec import Range
+from worlds.batches import Floats
 
 
 class Weighing(Advising["Importance"]):
@@ -28,3 +30,8 @@ class Importance(Early):
 
     needs = frozenset(("importance",))
     stage = Weighing
+
+    def speak_rows(self, kinds: Kinds, memory: Floats, moments: Moments[Any], oracle: OracleBatch[Any]) -> Kinds:
+        """`Weighing.speak` in arrays."""
+        wants = ~moments.over & (oracle.importance(moments.after) >= self.threshold)
+        return super().speak_rows(kinds * wants, memory, moments, oracle)

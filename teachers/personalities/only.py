@@ -1,10 +1,15 @@
 """only(kinds): a fixed subset of the kinds (LLF-Bench's feedback types that name kinds)."""
 
 from dataclasses import dataclass
+from typing import Any
 
-from teachers.atoms import FP
+import numpy as np
+
+from teachers.atoms import FP, KINDS
+from teachers.batches import Kinds, Moments, OracleBatch
 from teachers.feedback import MIXED, parse_kinds
 from teachers.personality import Claims, Personality, Stage, View
+from worlds.batches import Floats
 
 
 class _Filter(Stage["Only"]):
@@ -31,6 +36,11 @@ class Only(Personality):
         if not isinstance(self.kinds, str) or self.kinds == MIXED:
             raise ValueError(f"kinds must be names of kinds joined by '+', got {self.kinds!r}")
         parse_kinds(self.kinds)
+
+    def speak_rows(self, kinds: Kinds, memory: Floats, moments: Moments[Any], oracle: OracleBatch[Any]) -> Kinds:
+        """`_Filter.speak` in arrays."""
+        kept = parse_kinds(self.kinds)
+        return kinds & np.uint8(sum(1 << bit for bit, kind in enumerate(KINDS) if kind in kept))
 
     @property
     def reveals(self) -> bool:

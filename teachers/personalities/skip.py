@@ -1,9 +1,14 @@
 """skip(eps): is silent when neither of the student's last two actions was good."""
 
 from dataclasses import dataclass
+from typing import Any
 
+import numpy as np
+
+from teachers.batches import Kinds, Moments, OracleBatch
 from teachers.personality import Claims, Personality, Stage, View
 from teachers.spec import Share
+from worlds.batches import Floats, chosen, most
 
 
 class _Worth(Stage["Skip"]):
@@ -36,6 +41,16 @@ class Skip(Personality):
     source = "B-Pref eps_skip"
     needs = frozenset(("values",))
     stage = _Worth
+    row_memory = 3
+
+    def speak_rows(self, kinds: Kinds, memory: Floats, moments: Moments[Any], oracle: OracleBatch[Any]) -> Kinds:
+        """`_Worth.speak` in arrays."""
+        acted, values = moments.turn > 0, oracle.values(moments.before)
+        turns, total, earlier = memory.T.copy()
+        turns, total = turns + 1, total + most(values) + most(-values)
+        worth = chosen(values, moments.action) + most(-values)
+        memory[acted] = np.column_stack((turns, total, worth))[acted]
+        return kinds * ~(acted & (np.maximum(earlier, worth) < self.eps * total / turns * _BELOW))
 
 
 _BELOW = 1 - 1e-9  # equal within rounding is not below

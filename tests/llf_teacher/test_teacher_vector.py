@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import gymnasium
 import numpy as np
 import pytest
+from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -14,7 +15,12 @@ from hypothesis import strategies as st
 import llf_teacher
 from llf_teacher.gym.vector.teacher import REWARDS, WITHIN
 from llf_teacher.registry import PREFIX
+from llf_teacher.students.builtin.tamer import Tamer
+from llf_teacher.students.parsing import STUDENTS as PLAYERS
+from llf_teacher.students.parsing import TRAITS, parse_student
 from llf_teacher.students.student import frozen
+from llf_teacher.students.trait import traits_of
+from llf_teacher.students.traits.stubborn import Stubborn
 from pz_envs.family import all_families
 from pz_envs.rewards import TEACHER_REWARDS
 from teachers.atoms import KINDS
@@ -44,12 +50,28 @@ def check_seen(seen, row, observation):
         np.testing.assert_allclose(seen[name][row], part, rtol=1e-6, atol=1e-9, err_msg=name)
 
 
-def check_table(batch, row, lesson):
-    """What the scalar student has learned is in the row's table; of states that it has not seen it knows nothing."""
-    known = lesson.student._values
-    for place, values in enumerate(batch.students.table[row]):
-        expected = known.get(frozen(batch.worlds.seen(row, place)), [lesson.student.spec.optimism] * len(values))
-        assert values.tolist() == expected
+def known(student, states):
+    """What a scalar student has learned, by state; of states that it has not seen it knows nothing."""
+    student = getattr(student, "inner", student)
+    match student.spec.name:
+        case "q_learning":
+            unseen = [student.spec.optimism] * student.action_count
+            return [student._values.get(state, unseen) for state in states]
+        case "tamer":
+            return [student._human((state,)) for state in states]
+        case "sabl":
+            unseen = np.zeros((student.actions, student._log.shape[2]))
+            return [student._heard.get(state, unseen) for state in states]
+        case "ucb":
+            return [student._count, student._sum, [student._untried.index(arm) for arm in sorted(student._untried)]]
+
+
+def check_known(batch, row, lesson):
+    """What the scalar student has learned is what the row's student has learned."""
+    states = [frozen(batch.worlds.seen(row, place)) for place in range(batch.worlds.states)]
+    mine, other = known(batch.lesson(row).student, states), known(lesson.student, states)
+    for one, another in zip(mine, other, strict=True):
+        np.testing.assert_allclose(one, another, rtol=1e-12, atol=1e-12)
 
 
 def check_lifetimes(id, rows, seed, mode, **options):
@@ -85,7 +107,7 @@ def check_lifetimes(id, rows, seed, mode, **options):
             assert infos["trimmed"][row] == info["trimmed"]
             assert str(batch.students.student(row)) == info["student"]
             if turn % 5 == 0:
-                check_table(batch, row, lesson)
+                check_known(batch, row, lesson)
     return lifetimes
 
 
@@ -122,6 +144,80 @@ def lived(life):
 def test_lessons_live_on_as_their_rows(id, life):
     """What the teacher observes and is paid, what is announced, what the student learns, and when a lifetime ends."""
     check_lifetimes(id, 3, **lived(life))
+
+
+STUDENTS = (
+    "tamer(forget=False, alpha=0.5)",
+    "sabl(forget=False)",
+    "sabl(forget=False, infers=True, error=0.2)",
+    "ucb(forget=False, trust=0.6)",
+    "ucb(trust=1.0, scale=0.2)",
+    "tamer | stubborn(p=0.4)",
+    "ucb(trust=1.0) | skims(kinds='a', p=0.5) | stubborn(p=0.3) | mishears(p=0.3)",
+    "q_learning(forget=False, trust=0.5, optimism=0.1) | mishears(p=0.7) | skims(kinds='fp+hp', p=0.5)",
+    "sabl(forget=False) | mishears(p=0.5) | forgetful(half_life=2)",
+    "ucb(forget=False, trust=0.5) | forgetful(half_life=2)",
+)
+"""Students and traits with a form in arrays."""
+TEACHERS = ("oracle", "early(budget=3)", "delayed(turns=1)", "only(kinds='hp+hn+fp') | delayed(turns=2)")
+LIVES_OF_OTHERS = {
+    **LIVES,
+    "student": st.sampled_from(STUDENTS),
+    "teacher": st.sampled_from(TEACHERS),
+    "feedback_type": st.sampled_from(["a", "a", "hp+hn", "fp+fn"]),
+    "announce": st.just(False),
+    "vary": st.just({}),
+}
+for name in ("trust", "forget"):
+    del LIVES_OF_OTHERS[name]
+
+
+def lived_by_others(life):
+    """The arguments of `check_lifetimes`; what is remembered needs several episodes."""
+    return {**life, "episodes": max(life["episodes"], 1 + ("forget=False" in life["student"]))}
+
+
+@pytest.mark.parametrize("student", STUDENTS)
+@settings(max_examples=4, deadline=None, derandomize=True)
+@given(id=st.sampled_from(TABULAR), life=st.fixed_dictionaries(LIVES_OF_OTHERS))
+def test_other_students_live_on_as_their_rows(student, id, life):
+    check_lifetimes(id, 3, **lived_by_others({**life, "student": student}))
+
+
+def test_every_student_and_trait_that_arrays_have_is_tested():
+    parts = [traits_of(parse_student(spec)) for spec in (LEARNER, *STUDENTS)]
+    assert {student.name for student, _ in parts} == {name for name in PLAYERS.names if PLAYERS[name].batch}
+    assert {trait.name for _, traits in parts for trait in traits} == {
+        name for name in TRAITS.names if TRAITS[name].in_arrays()
+    }
+
+
+def test_a_student_that_acts_otherwise_has_not_the_arrays_of_its_base():
+    class Calm(Stubborn):
+        def act(self, action, scene):
+            return action
+
+    class Slow(Tamer):
+        policy = type("Policy", (Tamer.policy,), {})
+
+    for student, what in ((Tamer() | Calm(), "trait .*Calm"), (Slow(), "student Slow")):
+        with pytest.raises(ValueError, match=f"the {what} cannot play in arrays; allowed: "):
+            batch_of(GRID, 2, student=student, episodes=1)
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("id", TABULAR)
+def test_thousands_of_lessons_of_others_live_on_as_their_rows(id):
+    lifetimes = 0
+
+    @settings(max_examples=60, deadline=None)
+    @given(life=st.fixed_dictionaries(LIVES_OF_OTHERS))
+    def check(life):
+        nonlocal lifetimes
+        lifetimes += check_lifetimes(id, 40, **lived_by_others(life))
+
+    check()
+    assert lifetimes > 2000
 
 
 @pytest.mark.full
@@ -195,7 +291,20 @@ def test_the_named_rewards_are_those_of_the_seats():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"student": "obedient"}, "the student obedient cannot play in arrays; allowed: q_learning"),
+        (
+            {"student": "obedient"},
+            "the student obedient cannot play in arrays; allowed: q_learning, sabl, tamer, ucb; TeacherEnv takes any",
+        ),
+        (
+            {"student": f"{LEARNER} | stubborn | partial_plan"},
+            "the trait partial_plan cannot play in arrays; allowed: forgetful, mishears, skims, stubborn; TeacherEnv",
+        ),
+        ({"student": "tamer | stubborn", "vary": {"alpha": (0, 1)}}, "vary needs a student without traits"),
+        ({"student": "tamer | stubborn", "announce": True}, "has no intend"),
+        ({"student": "tamer(tiles=4)"}, "tiles are for states in a bounded box"),
+        ({"student": "tamer", "vary": {"tiles": (0, 4)}}, "tiles are for states in a bounded box"),
+        ({"teacher": "noisy"}, "the personality noisy cannot play in arrays; .*; others: TeacherEnv"),
+        ({"nonsense": 3}, "nonsense"),
         ({"episodes": 0}, "episodes must be an integer of at least 1, got 0"),
         ({"episodes": 1}, "forget=False is for lifetimes"),
         ({"budget": 0}, "budget must be None or an integer of at least 1, got 0"),
@@ -210,6 +319,32 @@ def test_the_named_rewards_are_those_of_the_seats():
 def test_what_arrays_cannot_do_is_refused(change, message):
     with pytest.raises(ValueError, match=message):
         batch_of(GRID, 2, **change)
+
+
+@pytest.mark.parametrize(
+    ("actions", "message"),
+    [
+        ([0, 1], r"actions must be integers of shape \(3,\), got int64 of shape \(2,\)"),
+        ([0, 1, 32], r"action 32 of row 2 is not in Discrete\(32\); nothing has changed"),
+        ([0, -1, 1], "action -1 of row 1"),
+    ],
+)
+def test_a_wrong_batch_names_the_row(actions, message):
+    batch = batch_of(GRID, 3)
+    batch.reset(seed=0)
+    with pytest.raises(ValueError, match=message):
+        batch.step(np.array(actions))
+    assert batch.moments.turn.tolist() == [0, 0, 0]
+
+
+def test_a_row_that_has_ended_is_named():
+    batch = batch_of(GRID, 3, episodes=1, max_turns=1, student="tamer", autoreset_mode=AutoresetMode.DISABLED)
+    batch.reset(seed=0)
+    for _ in range(2):
+        batch.step(np.zeros(3, int))
+    batch.reset(options={"reset_mask": np.array([True, False, True])})
+    with pytest.raises(ResetNeeded, match="row 1 has ended; call reset"):
+        batch.step(np.zeros(3, int))
 
 
 def test_a_teachers_numbers_are_those_of_the_scalar_environment():

@@ -17,6 +17,9 @@ from llf_teacher.registry import PREFIX, entries
 from pz_envs.family import all_families
 from pz_envs.teacher_view import SUBSET_BITS
 from teachers.atoms import FN, FP, KINDS, ActionClaim
+from teachers.personalities.early import Advising, Early
+from teachers.personality import PERSONALITIES, parse_personality, stages_of
+from teachers.seeds import streams_beside
 from worlds.batches.gridworld import GridworldBatch, _pool_of
 from worlds.batches.streams import Stream, Streams
 from worlds.gridworld import Gridworld
@@ -24,6 +27,7 @@ from worlds.testing import plain
 
 BATCHED = [family for family in all_families() if family.world_batch]
 IDS = [PREFIX + name for family in BATCHED for name in family.showcase]
+FIRST = [(PREFIX + family.showcase[0], family) for family in BATCHED]
 EVERY = [id for id, entry in entries().items() if entry.family.world_batch]
 GRID, GAUSSIAN = "llf-gridworld-v0", "llf-bandits-BanditTenArmedGaussian-v0"
 SMALL = {GRID: {"pool": 8}}  # a pool takes a while to make
@@ -102,6 +106,27 @@ def check_lessons(id, rows, seed, turns, own_options, mode, **settings):
     return episodes
 
 
+TEACHERS = (
+    "oracle",
+    "silent | early",
+    "early(budget=2)",
+    "only(kinds='hp+fp') | early(budget=3)",
+    "importance(budget=9, threshold=0.3)",
+    "delayed(turns=1)",
+    "delayed(turns=1) | early(budget=2) | delayed(turns=2)",
+    "oracle | delayed(turns=30)",
+    "skip(eps=0.6)",
+    "skip(eps=0.9) | delayed(turns=1)",
+)
+"""Personalities with a form in arrays."""
+
+
+def teachers_of(family):
+    """Those that the oracle of a family serves."""
+    able = family.oracle_class().abilities()
+    return [spec for spec in TEACHERS if parse_personality(spec).needs <= able]
+
+
 PLAYS = {
     "seed": st.integers(0, 2**31),
     "turns": st.integers(1, 8),
@@ -112,6 +137,11 @@ PLAYS = {
 }
 
 
+def plays(family):
+    """The arguments of `check_lessons`."""
+    return st.fixed_dictionaries({**PLAYS, "teacher": st.sampled_from(teachers_of(family))})
+
+
 @pytest.mark.parametrize("id", IDS)
 @settings(max_examples=3, deadline=None, derandomize=True)
 @given(play=st.fixed_dictionaries(PLAYS))
@@ -120,13 +150,44 @@ def test_lessons_go_on_as_their_rows(id, play):
     check_lessons(id, 6, **play)
 
 
+@pytest.mark.parametrize(("id", "teacher"), [(id, spec) for id, family in FIRST for spec in teachers_of(family)])
+def test_lessons_of_every_personality_go_on_as_their_rows(id, teacher):
+    modes = [AutoresetMode.SAME_STEP, AutoresetMode.NEXT_STEP]
+    for seed, mode in enumerate(modes):
+        assert check_lessons(id, 6, seed, 7, True, mode, teacher=teacher, until_success=mode is modes[0]) > 0
+
+
+@pytest.mark.parametrize("id", IDS)
+def test_numbers_of_late_claims_are_those_of_the_scalar_game(id):
+    batch, rng = batch_of(id, 4, numbers=True, max_turns=5, teacher="delayed(turns=2)"), np.random.default_rng(0)
+    batch.reset(seed=0)
+    for _ in range(14):
+        seen, *_ = batch.step(actions_of(batch, rng))
+        np.testing.assert_allclose(seen, [batch.lesson(row).observe() for row in range(4)], rtol=1e-6)
+
+
+def test_every_personality_that_arrays_have_is_tested():
+    named = {stage.name for spec in TEACHERS for stage in stages_of(parse_personality(spec))}
+    assert named == {name for name in PERSONALITIES.names if PERSONALITIES[name].in_arrays()}
+    assert named == {"delayed", "early", "importance", "only", "oracle", "silent", "skip"}
+
+
+def test_a_personality_that_speaks_otherwise_has_not_the_arrays_of_its_base():
+    class Late(Early):
+        stage = type("Stage", (Advising,), {"wants": lambda self, view: view.turn > 3})
+
+    assert Early.in_arrays()
+    with pytest.raises(ValueError, match=r"the personality Late cannot play in arrays; allowed: delayed, early"):
+        batch_of(GRID, 2, teacher=Late())
+
+
 @pytest.mark.full
 @pytest.mark.parametrize("id", EVERY)
 def test_thousands_of_lessons_go_on_as_their_rows(id):
     episodes = 0
 
     @settings(max_examples=40, deadline=None)
-    @given(play=st.fixed_dictionaries(PLAYS))
+    @given(play=plays(entries()[id].family))
     def check(play):
         nonlocal episodes
         episodes += check_lessons(id, 40, **play)
@@ -267,7 +328,13 @@ def test_rows_draw_by_themselves():
     assert drawn[1] == [alone[row].random() for row in some]
     assert drawn[2] == pytest.approx([alone[row].standard_normal() for row in some])
     assert drawn[3] == [alone[row].integers(count) for row, count in zip(some, counts, strict=True)]
+    assert all_rows.permutations(5, some).tolist() == [alone[row].permutation(5).tolist() for row in some]
+    beside = [Streams(all_rows.beside(number)).random().tolist() for number in range(2)]
+    assert np.transpose(beside).tolist() == [[other.random() for other in streams_beside(one, 2)] for one in alone]
     many = Streams(np.arange(20_000, dtype=np.uint64))
+    drawn = [Streams(many.beside(number)).random() for number in range(2)] + [Streams(many.states).random()]
+    assert np.abs(np.corrcoef(drawn) - np.eye(3)).max() < 0.03
+    assert stats.chisquare(np.unique(many.permutations(3) @ [9, 3, 1], return_counts=True)[1]).pvalue > 0.001
     many.random()
     assert stats.kstest(many.random(), "uniform").pvalue > 0.001
     assert stats.kstest(many.standard_normal(), "norm").pvalue > 0.001
@@ -284,7 +351,13 @@ def test_a_stream_can_be_copied(again):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"teacher": "mistake(eps=1)"}, "teacher .mistake.eps=1.. is not supported in arrays; allowed: 'oracle'"),
+        (
+            {"teacher": "early | mistake(eps=1)"},
+            r"the personality mistake\(eps=1\) cannot play in arrays; allowed: delayed, early, importance, only, "
+            r"oracle, silent, skip; others: vectorization_mode='sync'",
+        ),
+        ({"teacher": "early(turns=3)"}, "unknown parameter 'turns'; .*allowed: budget"),
+        ({"teacher": object()}, "in arrays teacher must be a spec string or a Personality, got <object"),
         ({"feedback_type": "m"}, "feedback_type 'm' is not supported in arrays"),
         (
             {"text": True},

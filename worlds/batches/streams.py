@@ -26,14 +26,23 @@ class Streams:
 
     def random(self, rows: Rows = ALL) -> Floats:
         """A number from 0 to 1 (exclusive) for each of these rows."""
-        mixed = self.states[rows] + _GAMMA
-        self.states[rows] = mixed
-        for shift, factor in _ROUNDS:
-            mixed ^= mixed >> shift
-            mixed *= factor
-        mixed ^= mixed >> _LAST
-        numbers: Floats = (mixed >> _SPARE).astype(np.float64)
+        states = self.states[rows] + _GAMMA
+        self.states[rows] = states
+        numbers: Floats = (_mixed(states) >> _SPARE).astype(np.float64)
         return numbers * _UNIT
+
+    def permutations(self, count: int, rows: Rows = ALL) -> Ints:
+        """The integers from 0 to `count` (exclusive) in random order for each of these rows, shape (rows, count)."""
+        every = np.arange(len(self.states[rows]))
+        order = np.tile(np.arange(count), (len(every), 1))
+        for last in range(count - 1, 0, -1):  # Fisher and Yates
+            place = self.integers(last + 1, rows)
+            order[every, place], order[:, last] = order[:, last].copy(), order[every, place]
+        return order
+
+    def beside(self, number: int, rows: Rows = ALL) -> npt.NDArray[np.uint64]:
+        """States of other streams, which the present ones and a number determine, shape (rows,)."""
+        return _mixed(self.states[rows] ^ np.uint64(1 + number))
 
     def integers(self, counts: Any, rows: Rows = ALL) -> Ints:
         """An integer from 0 to `counts` (exclusive) for each of these rows."""
@@ -48,6 +57,16 @@ class Streams:
     def stream(self, row: int) -> "Stream":
         """A copy of a row's stream as a generator."""
         return Stream(self.states[row : row + 1].copy())
+
+
+def _mixed(states: npt.NDArray[np.uint64]) -> npt.NDArray[np.uint64]:
+    """The numbers that SplitMix64 makes of states."""
+    mixed = states.copy()
+    for shift, factor in _ROUNDS:
+        mixed ^= mixed >> shift
+        mixed *= factor
+    mixed ^= mixed >> _LAST
+    return mixed
 
 
 _GAMMA = np.uint64(0x9E3779B97F4A7C15)
@@ -86,6 +105,14 @@ class Stream(np.random.Generator):
     def standard_normal(self, size: Any = None, *args: Any, **kwargs: Any) -> Any:
         """As the base."""
         return super().standard_normal(size, *args, **kwargs) if size is not None else self._own.standard_normal()[0]
+
+    def permutation(self, x: Any, axis: int = 0) -> Any:
+        """As the base; that of an integer is a single draw."""
+        return super().permutation(x, axis) if not isinstance(x, int) else self._own.permutations(x)[0]
+
+    def streams_beside(self, count: int) -> list["Stream"]:
+        """Other streams, as `Streams.beside` gives them."""
+        return [Stream(self._own.beside(number)) for number in range(count)]
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Stream, (self._own.states.copy(), self.bit_generator)

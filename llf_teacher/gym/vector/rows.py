@@ -2,9 +2,10 @@
 
 import inspect
 from abc import abstractmethod
+from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +19,8 @@ from llf_teacher.registry import entry
 from pz_envs.settings import FIELDS, Settings
 from pz_envs.window import FPS
 from teachers.atoms import Moment
-from teachers.batches import Moments
+from teachers.batches import Moments, Said
+from teachers.batches.teacher import TeacherBatch
 from teachers.feedback import MIXED, parse_kinds
 from teachers.session import BIT
 from teachers.spec import is_count
@@ -46,6 +48,8 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
     """
 
     metadata = {"render_modes": ["ansi", "rgb_array"], "render_fps": FPS}  # noqa: RUF012 (Gymnasium's convention)
+    instead: ClassVar[str] = "vectorization_mode='sync'"
+    """What takes other teachers, for errors."""
     moments: Moments[Any]
     """The last turn in each row."""
 
@@ -83,6 +87,11 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
         self.mode = AutoresetMode(autoreset_mode)
         self.metadata = {**self.metadata, "autoreset_mode": self.mode}
         self.worlds, self.oracle = self.family.make_batch(num_envs, **self.settings.options)
+        wanted = wanted_kinds(self.settings.feedback_type, self.instead)
+        self.teacher = TeacherBatch(self.oracle, self.settings.teacher, wanted, num_envs, self.max_turns, self.instead)
+        """The teachers, in arrays."""
+        self._past: deque[Moments[Any]] = deque(maxlen=self.teacher.past)  # the latest first
+        self._new = np.ones(num_envs, bool)  # the rows whose moment has not been judged
         self._ends = self.settings.until_success and not self.family.repeated
         self._all_rows = np.arange(num_envs)
         self._draws = np.random.default_rng()
@@ -184,6 +193,7 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
             rows = np.flatnonzero(~ended)
         none = np.zeros(self.num_envs, bool)
         reward, terminated, truncated = np.zeros(self.num_envs), none, none.copy()
+        self._past.appendleft(self.moments)
         if isinstance(rows, slice) or len(rows):
             reward[rows], terminated[rows], truncated[rows] = self._play(actions[rows], rows)
         if not isinstance(rows, slice):
@@ -245,6 +255,18 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
                 parts[name][rows] = getattr(moments, name)
             moments = moments._replace(**parts)
         self.moments = moments
+        self._new[rows] = True
+
+    def _judge(self) -> tuple[Said, Moments[Any]]:
+        """What is said in all rows, and the moments that it is about."""
+        rows: Rows = ALL if self._new.all() else np.flatnonzero(self._new)
+        self._new[:] = False
+        return self.teacher.judge(self.moments, rows, self._past)
+
+    def _before(self, row: int) -> list[Moment[Any]]:
+        """The moments of a row's episode before the last one, from the opening on, if its teacher remembers them."""
+        turns = min(int(self.moments.turn[row]), len(self._past))
+        return [self._moment(self._past[ago], row) for ago in reversed(range(turns))]
 
     def terminated(self, rows: Rows = ALL) -> Bools:
         """Whether the student's episode has ended by success."""
@@ -253,7 +275,10 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
 
     def moment(self, row: int) -> Moment[Any]:
         """The moment of a row in scalar form."""
-        now, worlds = self.moments, self.worlds
+        return self._moment(self.moments, row)
+
+    def _moment(self, now: Moments[Any], row: int) -> Moment[Any]:
+        worlds = self.worlds
         after, turn = worlds.truth(now.after, row), int(now.turn[row])
         if not turn:
             return Moment.opening(after)

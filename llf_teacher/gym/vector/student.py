@@ -9,7 +9,7 @@ from gymnasium import spaces
 from gymnasium.vector import AutoresetMode
 
 from llf_teacher.gym.student_env import StudentEnv
-from llf_teacher.gym.vector.rows import SHOWN, RowsEnv, wanted_kinds
+from llf_teacher.gym.vector.rows import SHOWN, RowsEnv
 from pz_envs.numbers import Field, Numbers, RowClaims
 from pz_envs.settings import FIELDS, Settings, SettingsKeywords, takes_settings
 from pz_envs.teacher_view import SUBSET_BITS
@@ -23,13 +23,14 @@ _USED = SHOWN | {*_TEACHER, "max_turns", "until_success", "numbers"}
 
 
 class StudentVectorEnv(RowsEnv):
-    """Students' seats in arrays, each with the teacher `oracle`: `StudentEnv` in arrays.
+    """Students' seats in arrays, each with a teacher: `StudentEnv` in arrays.
 
     Observation: Dict of `observation`, the world's, and of the claims in numbers:
         `said`, MultiBinary(5): the kinds, in the order r, hp, hn, fp, fn;
         `told`: the reward in the claim of kind r, 0 without one;
         `advised`, `warned`: the action that fp advises and that fn warns of; without one, -1 of a Discrete and the
         centre of a Box. The claims of kind hp and hn are about the action that was taken.
+    With a teacher that is late, such as `delayed(turns=2)`, all that is said is about the turn so many turns ago.
     With `numbers=True` it is one flat Box, float32, of the same numbers and `fields` as that of `StudentEnv`.
     Action: the world's. Info: `success`.
 
@@ -41,7 +42,8 @@ class StudentVectorEnv(RowsEnv):
         settings: of the lessons; None: the defaults.
         autoreset_mode: one of Gymnasium's.
         keywords: fields of `pz_envs.settings.Settings` that replace those, the world's options, and those of the
-            family's batch, such as `pool`. Allowed are `teacher` (only `oracle`), `feedback_type` (not `m`: it is the
+            family's batch, such as `pool`. Allowed are `teacher` (personalities that withhold or delay kinds of
+            claims; see `Personality.in_arrays`), `feedback_type` (not `m`: it is the
             same in each turn), `max_turns`, `until_success`, `numbers`, `render_mode` and `theme`, and for `words` and
             `lesson` also `instruction_type`, `voice` and `paraphrase`.
 
@@ -60,12 +62,6 @@ class StudentVectorEnv(RowsEnv):
         **keywords: Unpack[SettingsKeywords],
     ) -> None:
         super().__init__(env_id, num_envs, settings, keywords, autoreset_mode, used=_USED)
-        if self.settings.teacher != "oracle":
-            raise ValueError(
-                f"teacher {self.settings.teacher!r} is not supported in arrays; allowed: 'oracle'; for others there is "
-                "vectorization_mode='sync'"
-            )
-        self._wanted = wanted_kinds(self.settings.feedback_type, "vectorization_mode='sync'")
         self._scribe = StudentEnv(env_id, settings=self.scalar_settings)
         world = self.worlds.world
         named, self._nothing = _named(world.action_space)
@@ -81,7 +77,7 @@ class StudentVectorEnv(RowsEnv):
         self._set_spaces(self.numbers.space if self.numbers else spaces.Dict(space), world.action_space)
 
     def __repr__(self) -> str:
-        return self._repr(teacher="oracle", feedback_type=self.settings.feedback_type)
+        return self._repr(teacher=str(self.teacher.personality), feedback_type=self.settings.feedback_type)
 
     @property
     def fields(self) -> tuple[Field, ...]:
@@ -111,7 +107,7 @@ class StudentVectorEnv(RowsEnv):
         return said
 
     def _resume(self, env: StudentEnv, row: int) -> None:
-        env.resume_from(self.moment(row), bool(self.terminated()[row]))
+        env.resume_from(self.moment(row), bool(self.terminated()[row]), self._before(row))
 
     def _begin(self, rows: Ints, seeds: Sequence[int | None]) -> None:
         """Only the worlds begin."""
@@ -122,15 +118,15 @@ class StudentVectorEnv(RowsEnv):
         return self.moments.reward[rows], terminated, over & ~terminated
 
     def _observe(self) -> Any:
-        said, moments = self.oracle.judge(self.moments), self.moments
-        kinds, advised, warned = said.kinds & self._wanted, said.advised, said.warned
+        said, about = self._judge()
+        kinds, advised, warned = said.kinds, said.advised, said.warned
         if self.numbers is not None:
-            claims = _claims_of(said, moments.action)
-            return self.numbers.of_rows(self.worlds.observe(), moments.turn, moments.reward, kinds, claims)
+            claims, turn, late = _claims_of(said, about.action), self.moments.turn, self.teacher.late
+            return self.numbers.of_rows(self.worlds.observe(), turn, about.reward, kinds, claims, late)
         return {
             "observation": self.worlds.observe(),
             "said": SUBSET_BITS.take(kinds, axis=0),
-            "told": np.where(kinds & BIT[R], self.moments.reward, 0.0),
+            "told": np.where(kinds & BIT[R], about.reward, 0.0),
             "advised": self._where(kinds & BIT[FP], advised),
             "warned": self._where(kinds & BIT[FN], warned),
         }

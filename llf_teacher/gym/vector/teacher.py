@@ -12,9 +12,10 @@ from gymnasium.vector import AutoresetMode
 from llf_teacher.gym.lifetime import NEAR
 from llf_teacher.gym.teacher_env import TeacherEnv
 from llf_teacher.gym.vector.lifetimes import Lifetimes, columns
-from llf_teacher.gym.vector.rows import SHOWN, RowsEnv, wanted_kinds
-from llf_teacher.students.batches import learners
+from llf_teacher.gym.vector.rows import SHOWN, RowsEnv
+from llf_teacher.students.batches import LearnerBatch, Seats, students
 from llf_teacher.students.parsing import parse_student
+from llf_teacher.students.scene import Heard
 from llf_teacher.students.student import Student, frozen
 from llf_teacher.students.variation import check_vary, draw_student, is_integer_range
 from pz_envs.settings import FIELDS, Settings, SettingsKeywords, check_flags, takes_settings
@@ -28,7 +29,7 @@ from worlds.batches import Bools, Floats, Ints, Rows, chosen, merged, most
 from worlds.batches.streams import Streams
 
 _PRICES = ("cost", "budget", "teacher_reward")
-_USED = SHOWN | {"feedback_type", *_PRICES, "teacher_numbers", "max_turns", "until_success"}
+_USED = SHOWN | {"teacher", "feedback_type", *_PRICES, "teacher_numbers", "max_turns", "until_success"}
 _COUNT = SUBSET_BITS.sum(1)
 _FIRST = (SUBSET_BITS.cumsum(1)[:, None] <= np.arange(len(KINDS) + 1)[:, None]) & (SUBSET_BITS[:, None] > 0)
 WITHIN = (_FIRST * [BIT[kind] for kind in KINDS]).sum(2).astype(np.uint8)
@@ -58,8 +59,8 @@ REWARDS: dict[str, Paid] = {
 class TeacherVectorEnv(RowsEnv):
     """Teachers' seats in arrays, each with a student that learns: `TeacherEnv` with `speech="kinds"`.
 
-    Observation, action, reward, lifetimes, budgets and announcements are those of `TeacherEnv`; the teacher is the
-    oracle, and the episodes of a lifetime begin in the same state of one world. Info: `intention`, the announced
+    Observation, action, reward, lifetimes, budgets and announcements are those of `TeacherEnv`; the episodes of a
+    lifetime begin in the same state of one world. Info: `intention`, the announced
     action, -1 where there is none; `trimmed`. `lesson` gives a row as a scalar environment.
 
     Args:
@@ -70,13 +71,16 @@ class TeacherVectorEnv(RowsEnv):
         actions, episodes, vary, announce: as in `TeacherEnv`.
         autoreset_mode: one of Gymnasium's.
         keywords: fields of `pz_envs.settings.Settings` that replace those, the world's options, and those of the
-            family's batch, such as `pool`. Allowed are `feedback_type` (not `m`: it is the same in each turn), `cost`,
+            family's batch, such as `pool`. Allowed are `teacher` (personalities that withhold or delay kinds of
+            claims; see `Personality.in_arrays`), `feedback_type` (not `m`: it is the same in each turn), `cost`,
             `budget`, `teacher_reward` (a name of `pz_envs.rewards`), `teacher_numbers`, `max_turns`, `until_success`,
             `render_mode` and `theme`.
 
     Raises:
         ValueError: an argument is not allowed.
     """
+
+    instead = "TeacherEnv"
 
     @takes_settings(without=FIELDS - _USED)
     def __init__(
@@ -102,19 +106,20 @@ class TeacherVectorEnv(RowsEnv):
         reward = self.settings.teacher_reward
         if not isinstance(reward, str) or reward not in REWARDS:
             raise ValueError(f"in arrays there is no such reward: {unknown('teacher_reward', reward, REWARDS)}")
-        self._wanted = wanted_kinds(self.settings.feedback_type, "TeacherEnv")
         space = self.worlds.world.action_space
         if self.worlds.states is None or not isinstance(space, spaces.Discrete):
             raise ValueError(
                 f"tables need finitely many states and actions, which {env_id} has not; others: TeacherEnv"
             )
         self._pupil_streams = Streams(np.zeros(num_envs, np.uint64))
-        self.students = learners(spec, num_envs, self.worlds.states, int(space.n), self._pupil_streams)
+        seats = Seats(num_envs, self.worlds.states, int(space.n), self._pupil_streams, self.teacher.late)
+        self.students = students(spec, seats)
         """The students, in arrays."""
         if episodes == 1 and not self.students.spec.forget:
             raise ValueError("a student with forget=False is for lifetimes of several episodes; give episodes")
         self._vary = dict(vary or {})
-        check_vary(spec, self._vary)
+        if self._vary:
+            check_vary(spec, self._vary)
         self.actions, self.episodes, self.announce = actions, episodes, announce
         self.cost, self.budget = self.settings.cost, self.settings.budget
         self._reward = REWARDS[reward]
@@ -125,7 +130,9 @@ class TeacherVectorEnv(RowsEnv):
         self._trimmed, self._everywhere = np.zeros(num_envs, np.int64), np.ones(num_envs, bool)
         self._finished = np.zeros(num_envs, bool)
         self._start = self.worlds.state
-        scalar = self._scalar(spec)
+        scalar = self._scalar(
+            replace(spec, **{name: ends[1] for name, ends in self._vary.items()})
+        )  # can it be played?
         self._low, self._high = scalar.teacher_view.low, scalar.teacher_view.high
         self.fields = scalar.fields
         """The fields of a row's observation, in their order; empty without `teacher_numbers=True`."""
@@ -137,14 +144,15 @@ class TeacherVectorEnv(RowsEnv):
         self._set_spaces(scalar.observation_space, scalar.action_space)
 
     def __repr__(self) -> str:
-        feedback_type = self.settings.feedback_type
-        return self._repr(student=str(self.students.spec), teacher="oracle", feedback_type=feedback_type)
+        teacher, feedback_type = str(self.teacher.personality), self.settings.feedback_type
+        return self._repr(student=str(self.students.spec), teacher=teacher, feedback_type=feedback_type)
 
     def _scalar(self, student: Student) -> TeacherEnv:
         """A row's scalar environment."""
         return TeacherEnv(
             self.env_id,
             settings=replace(self.scalar_settings, speech="kinds"),
+            until_success=self.settings.until_success,  # or TeacherEnv takes False for its default
             student=student,
             actions=self.actions,
             episodes=self.episodes,
@@ -161,7 +169,8 @@ class TeacherVectorEnv(RowsEnv):
         env.reset(seed=row)
         done, terminated = bool(self._finished[row]), bool(self.terminated()[row])
         start = self.worlds.truth(self._start, row)
-        env.resume_from(self.moment(row), terminated=terminated, spent=int(self.spent[row]), start=start, done=done)
+        spent, past = int(self.spent[row]), self._before(row)
+        env.resume_from(self.moment(row), terminated=terminated, spent=spent, start=start, done=done, past=past)
         env.session.world.np_random = self._streams.stream(row)
         seen = [frozen(self.worlds.seen(row, place)) for place in range(self.lives.visits.shape[1])]
         self.students.teach(env.student, row, int(self.moments.turn[row]), seen, int(self.lives.here[row]))
@@ -216,7 +225,7 @@ class TeacherVectorEnv(RowsEnv):
         self._finished[rows] = False
         if over.any():
             last = here[over]
-            self._end(last)
+            self._end(last, said[over])
             self._act_of_students(here[~over], said[~over], reward)
         else:
             self._act_of_students(here, said, reward)
@@ -228,18 +237,22 @@ class TeacherVectorEnv(RowsEnv):
         if not len(rows):
             return
         places = self.lives.here[rows]
-        heard = self.moments.reward[rows], said, self._advised[rows], self._warned[rows]
-        self._act(self.students.act(rows, places, *heard), rows if len(rows) < self.num_envs else slice(None))
+        actions = self.students.act(rows, places, self.moments.reward[rows], self._heard(rows, said))
+        self._act(actions, rows if len(rows) < self.num_envs else slice(None))
         regret = self._best - chosen(self._values, self.moments.action)  # which they were before
         reward[rows] += self._reward(self.moments, regret)[rows]
         self.lives.acted(rows, regret[rows] <= NEAR)
         self.lives.arrive(rows, self.worlds.place(rows))
 
-    def _end(self, rows: Ints) -> None:
+    def _heard(self, rows: Ints, said: Ints) -> Heard:
+        """What the students of rows hear when these kinds are said."""
+        return Heard(said.astype(np.int64), self._advised[rows], self._warned[rows])
+
+    def _end(self, rows: Ints, said: Ints) -> None:
         """End episodes, and begin the next ones of lifetimes that go on."""
         if self.episodes > 1:
             places, rewards = self.lives.here[rows], self.moments.reward[rows]
-            self.students.finish(rows, places, rewards, self.terminated(rows))
+            self.students.finish(rows, places, rewards, self.terminated(rows), self._heard(rows, said))
             self.lives.end_episode(rows, self.moments.success[rows])
         ends = (self.lives.episode[rows] == self.episodes) | (self.episodes == 1)
         self._finished[rows[ends]] = True
@@ -252,8 +265,8 @@ class TeacherVectorEnv(RowsEnv):
 
     def _observe(self) -> Any:
         moments = self.moments
-        said = self.oracle.judge(moments)
-        self._kinds, self._advised, self._warned = said.kinds & self._wanted, said.advised, said.warned
+        said, _ = self._judge()
+        self._kinds, self._advised, self._warned = said.kinds, said.advised, said.warned
         share = np.ones(self.num_envs)
         if self.budget is not None:
             share = np.maximum(self.budget - self.spent, 0) / self.budget
@@ -268,6 +281,7 @@ class TeacherVectorEnv(RowsEnv):
         }
         self._intention = np.full(self.num_envs, -1)
         if self.announce:
+            assert isinstance(self.students, LearnerBatch)  # noqa: S101  # or the scalar student announces nothing
             rows = np.flatnonzero(~moments.over)
             self._intention[rows] = self.students.intend(rows, self.lives.here[rows], moments.reward[rows])
         if self.episodes > 1:

@@ -1,43 +1,54 @@
-"""Students in arrays: many learners of one kind, a row each; each kind in the module of its name."""
+"""Students in arrays: many of one kind, a row each; each kind in the module of its name."""
 
 import dataclasses
 import importlib
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from llf_teacher.students.learner import Learner, LearnerPolicy
-from llf_teacher.students.student import Student
-from teachers.atoms import FN, FP, KINDS
+from llf_teacher.students.scene import Heard
+from llf_teacher.students.student import Policy, Student
+from teachers.atoms import FN, FP
+from teachers.session import BIT
+from teachers.spec import fits
 from worlds.batches import Bools, Floats, Ints, Rows
 from worlds.batches.streams import Streams
 
-_FP, _FN = (1 << KINDS.index(kind) for kind in (FP, FN))
 _NONE = -1
+S = TypeVar("S", bound=Student)
 
 
-class LearnerBatch(ABC):
-    """`LearnerPolicy` in arrays: each row draws from its own stream, as a policy would.
+class Seats(NamedTuple):
+    """Seats of students in arrays."""
+
+    rows: int
+    """Number of rows."""
+    states: int
+    """Number of states; an observation is a state's number, from 0."""
+    actions: int
+    """Number of actions."""
+    streams: Streams
+    """The random streams of the rows, from which students draw as policies would."""
+    late: int = 0
+    """How many turns ago the turn was that all feedback is about."""
+
+
+class StudentBatch(ABC, Generic[S]):
+    """The policies of students in arrays.
 
     Args:
         spec: the student.
-        rows: number of rows.
-        states: number of states; an observation is a state's number, from 0.
-        actions: number of actions.
-        streams: the random streams of the rows.
+        seats: where they play.
     """
 
-    def __init__(self, spec: Learner, rows: int, states: int, actions: int, streams: Streams) -> None:
-        self.spec, self.streams = spec, streams
-        self.states, self.actions = states, actions
+    def __init__(self, spec: S, seats: Seats) -> None:
+        self.spec = spec
+        self.rows, self.states, self.actions, self.streams, self.late = seats
         self._drawn: dict[str, npt.NDArray[Any]] = {}
-        self._own: dict[str, np.float64] = {}
-        self.meant = np.full(rows, _NONE)
-        """The intended action of each row, shape (rows,), int; -1 where it is not yet chosen."""
-        self._acted = np.zeros(rows, bool)
 
     def enrol(self, rows: Ints, drawn: Mapping[str, npt.NDArray[Any]]) -> None:
         """Put new students into rows.
@@ -47,33 +58,97 @@ class LearnerBatch(ABC):
             drawn: values of the parameters that differ by student, each of shape (len(rows),).
         """
         for name, values in drawn.items():
-            self._drawn.setdefault(name, np.zeros(len(self.meant), values.dtype))[rows] = values
-        self.clear(rows)
-        self.begin(rows)
+            self._drawn.setdefault(name, np.zeros(self.rows, values.dtype))[rows] = values
+        self.renew(rows)
 
     def parameter(self, name: str, rows: Rows) -> Any:
         """A parameter of the students of these rows: an array, or one number if it is the same for all."""
         return self._drawn[name][rows] if name in self._drawn else getattr(self.spec, name)
 
-    def student(self, row: int) -> Learner:
+    def student(self, row: int) -> S:
         """The student of a row."""
         return dataclasses.replace(self.spec, **{name: values[row].item() for name, values in self._drawn.items()})
 
     def begin(self, rows: Ints) -> None:
         """Begin an episode."""
-        if self.spec.forget:
+        if self.spec.forget:  # type: ignore[attr-defined]  # every student in arrays has it
             self.clear(rows)
-        self.meant[rows] = _NONE
-        self._acted[rows] = False
+        self.start(rows)
 
-    def intend(self, rows: Ints, places: Ints, rewards: Floats) -> Ints:
-        """The intended actions of rows.
+    def renew(self, rows: Ints) -> None:
+        """Begin like a new student of its kind."""
+        self.clear(rows)
+        self.start(rows)
+
+    def drawn_from(self, may: Bools, rows: Ints) -> Ints:
+        """A random one of the allowed actions, shape (n, actions); column by column, as in `most`."""
+        order = np.empty(may.shape, np.int64)
+        count = np.zeros(len(rows), np.int64)
+        for action in range(self.actions):
+            count += may[:, action]
+            order[:, action] = count
+        place = self.streams.integers(count, rows)
+        chosen = np.zeros(len(rows), np.int64)
+        for action in range(self.actions - 1):
+            chosen += order[:, action] <= place
+        return chosen
+
+    @abstractmethod
+    def clear(self, rows: Ints) -> None:
+        """Forget everything."""
+
+    @abstractmethod
+    def start(self, rows: Ints) -> None:
+        """Begin an episode with what is remembered."""
+
+    @abstractmethod
+    def act(self, rows: Ints, places: Ints, rewards: Floats, heard: Heard) -> Ints:
+        """The actions of rows.
 
         Args:
             rows: the rows, shape (n,); so are the others and the result.
             places: number of the state that each observes.
             rewards: the last rewards.
+            heard: what each has heard since it acted last.
         """
+
+    @abstractmethod
+    def take(self, rows: Ints, places: Ints, actions: Ints) -> None:
+        """Note the actions of a turn; a second call in a turn replaces the first."""
+
+    @abstractmethod
+    def finish(self, rows: Ints, places: Ints, rewards: Floats, terminated: Bools, heard: Heard) -> None:
+        """Learn from the end of an episode; arguments as of `act`, and whether the states are terminal."""
+
+    @abstractmethod
+    def teach(self, policy: Policy[Any], row: int, turn: int, seen: Sequence[Any], here: int) -> None:
+        """Copy the memory of a row into the policy of a student.
+
+        Args:
+            policy: a policy that has begun an episode.
+            row: number of the row.
+            turn: number of turns of the episode so far.
+            seen: the observations, by the states' numbers.
+            here: number of the current state.
+        """
+
+
+class LearnerBatch(StudentBatch[Learner]):
+    """`LearnerPolicy` in arrays; arguments as of the base."""
+
+    def __init__(self, spec: Learner, seats: Seats) -> None:
+        super().__init__(spec, seats)
+        self.meant = np.full(seats.rows, _NONE)
+        """The intended action of each row, shape (rows,), int; -1 where it is not yet chosen."""
+        self._acted = np.zeros(seats.rows, bool)
+
+    def start(self, rows: Ints) -> None:
+        """Begin an episode with what is remembered."""
+        self.meant[rows] = _NONE
+        self._acted[rows] = False
+
+    def intend(self, rows: Ints, places: Ints, rewards: Floats) -> Ints:
+        """The intended actions of rows; arguments as of `act`."""
         unsure = np.flatnonzero(self.meant[rows] == _NONE)
         if len(unsure):
             those, here = rows[unsure], places[unsure]
@@ -84,22 +159,16 @@ class LearnerBatch(ABC):
         meant: Ints = self.meant[rows]
         return meant
 
-    def act(self, rows: Ints, places: Ints, rewards: Floats, kinds: Ints, advised: Ints, warned: Ints) -> Ints:
-        """The actions of rows; arguments of shape (n,), as of `intend`.
-
-        Args:
-            rows, places, rewards: see `intend`.
-            kinds: bits of the kinds of feedback that are given.
-            advised: the advised actions, where there is advice.
-            warned: the actions of warnings, where there is one.
-        """
+    def act(self, rows: Ints, places: Ints, rewards: Floats, heard: Heard) -> Ints:
+        """The intended actions, or the advised ones, unless the advice is late."""
         actions = self.intend(rows, places, rewards)
+        kinds, advised, warned = heard
         trust = np.broadcast_to(self.parameter("trust", rows), rows.shape)
-        heeds = (trust > 0) & (kinds & (_FP | _FN) > 0)
+        heeds = (trust > 0) & (kinds & (BIT[FP] | BIT[FN]) > 0) & (not self.late)
         doubts = np.flatnonzero(heeds & (trust < 1))
         if len(doubts):
             heeds[doubts] = self.streams.random(rows[doubts]) < trust[doubts]
-        advice = kinds & _FP > 0
+        advice = kinds & BIT[FP] > 0
         actions = np.where(heeds & advice, advised, actions)
         warns = np.flatnonzero(heeds & ~advice & (actions == warned))
         if len(warns):
@@ -109,29 +178,18 @@ class LearnerBatch(ABC):
         self.take(rows, places, actions)
         return actions
 
-    def finish(self, rows: Ints, places: Ints, rewards: Floats, terminated: Bools) -> None:
+    def finish(self, rows: Ints, places: Ints, rewards: Floats, terminated: Bools, heard: Heard) -> None:
         """Learn from the last action of an episode."""
         acted = self._acted[rows]
         self.learn(rows[acted], places[acted], rewards[acted], terminated[acted])
         self._acted[rows] = False
 
-    def teach(self, policy: LearnerPolicy[Any], row: int, turn: int, seen: Sequence[Any], here: int) -> None:
-        """Copy the memory of a row into the policy of a student.
-
-        Args:
-            policy: a policy that has begun an episode.
-            row: number of the row.
-            turn: number of turns of the episode so far.
-            seen: the observations, by the states' numbers.
-            here: number of the current state.
-        """
+    def teach(self, policy: Policy[Any], row: int, turn: int, seen: Sequence[Any], here: int) -> None:
+        """Copy the memory of a row; a subclass copies what it has learned."""
+        assert isinstance(policy, LearnerPolicy)  # noqa: S101  # that of its student
         policy.rng = self.streams.stream(row)
         meant = int(self.meant[row])
         policy.resume_at(turn, None if meant == _NONE else meant, bool(self._acted[row]))
-
-    @abstractmethod
-    def clear(self, rows: Ints) -> None:
-        """Forget everything."""
 
     @abstractmethod
     def learn(self, rows: Ints, places: Ints, rewards: Floats, over: Bools) -> None:
@@ -141,22 +199,29 @@ class LearnerBatch(ABC):
     def choose(self, rows: Ints, places: Ints, wrong: Ints | None = None) -> Ints:
         """`LearnerPolicy.choose`, with at most one wrong action in each row."""
 
-    @abstractmethod
-    def take(self, rows: Ints, places: Ints, actions: Ints) -> None:
-        """`LearnerPolicy.take`."""
 
-
-def learners(spec: Student, rows: int, states: int, actions: int, streams: Streams) -> LearnerBatch:
+def students(spec: Student, seats: Seats) -> StudentBatch[Any]:
     """Students in arrays.
 
     Raises:
-        ValueError: the student has no version in arrays.
+        ValueError: the student or one of its traits has no form in arrays.
     """
-    if not spec.batch:
-        from llf_teacher.students.parsing import STUDENTS
+    from llf_teacher.students.batches.traited import TraitedBatch
+    from llf_teacher.students.parsing import STUDENTS, TRAITS
+    from llf_teacher.students.trait import traits_of
 
-        able = ", ".join(name for name in STUDENTS.names if STUDENTS[name].batch)
-        raise ValueError(f"the student {spec} cannot play in arrays; allowed: {able}; TeacherEnv takes any student")
-    module = importlib.import_module(f"{__name__}.{spec.name}")
-    batch: LearnerBatch = getattr(module, spec.batch)(spec, rows, states, actions, streams)
-    return batch
+    bare, traits = traits_of(spec)
+    if not _in_arrays(type(bare)):
+        able = ", ".join(name for name in STUDENTS.names if _in_arrays(STUDENTS[name]))
+        raise ValueError(f"the student {bare} cannot play in arrays; allowed: {able}; TeacherEnv takes any student")
+    for trait in traits:
+        if not trait.in_arrays():
+            able = ", ".join(name for name in TRAITS.names if TRAITS[name].in_arrays())
+            raise ValueError(f"the trait {trait} cannot play in arrays; allowed: {able}; TeacherEnv takes any trait")
+    module = importlib.import_module(f"{__name__}.{bare.name}")
+    batch: StudentBatch[Any] = getattr(module, bare.batch)(bare, seats)
+    return TraitedBatch(spec, traits, batch, seats) if traits else batch
+
+
+def _in_arrays(cls: type[Student]) -> bool:
+    return cls.batch != "" and fits(cls, "batch", "policy")

@@ -5,20 +5,20 @@ from typing import Any
 
 import numpy as np
 
-from llf_teacher.students.batches import LearnerBatch
-from llf_teacher.students.learner import Learner, LearnerPolicy
+from llf_teacher.students.batches import LearnerBatch, Seats
+from llf_teacher.students.learner import Learner
+from llf_teacher.students.student import Policy
 from worlds.batches import Bools, Floats, Ints, most
-from worlds.batches.streams import Streams
 
 
 class QLearners(LearnerBatch):
     """A table of values per row."""
 
-    def __init__(self, spec: Learner, rows: int, states: int, actions: int, streams: Streams) -> None:
-        super().__init__(spec, rows, states, actions, streams)
-        self.table = np.zeros((rows, states, actions))
+    def __init__(self, spec: Learner, seats: Seats) -> None:
+        super().__init__(spec, seats)
+        self.table = np.zeros((seats.rows, seats.states, seats.actions))
         """Value per row, state and action."""
-        self._last = np.zeros(rows, np.int64)  # index of the last action's value in the flattened table
+        self._last = np.zeros(seats.rows, np.int64)  # index of the last action's value in the flattened table
 
     def clear(self, rows: Ints) -> None:
         """Start with empty tables."""
@@ -43,26 +43,13 @@ class QLearners(LearnerBatch):
         if len(bold):
             explores = bold[self.streams.random(rows[bold]) < epsilon[bold]]
             may[explores] = values[explores] > -np.inf
-        return self._drawn_from(may, rows)
-
-    def _drawn_from(self, may: Bools, rows: Ints) -> Ints:
-        """A random one of the allowed actions; column by column, as in `most`."""
-        order = np.empty(may.shape, np.int64)
-        count = np.zeros(len(rows), np.int64)
-        for action in range(self.actions):
-            count += may[:, action]
-            order[:, action] = count
-        place = self.streams.integers(count, rows)
-        chosen = np.zeros(len(rows), np.int64)
-        for action in range(self.actions - 1):
-            chosen += order[:, action] <= place
-        return chosen
+        return self.drawn_from(may, rows)
 
     def take(self, rows: Ints, places: Ints, actions: Ints) -> None:
         """Note the states and the actions."""
         self._last[rows] = (rows * self.states + places) * self.actions + actions
 
-    def teach(self, policy: LearnerPolicy[Any], row: int, turn: int, seen: Sequence[Any], here: int) -> None:
+    def teach(self, policy: Policy[Any], row: int, turn: int, seen: Sequence[Any], here: int) -> None:
         """Copy the memory of a row, including its table, into a policy; see `LearnerBatch.teach`."""
         super().teach(policy, row, turn, seen, here)
         place, action = divmod(int(self._last[row]) % (self.states * self.actions), self.actions)

@@ -2,7 +2,7 @@
 
 from collections.abc import Hashable
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,23 @@ from llf_teacher.students.evaluated import Evaluated, EvaluatedPolicy, Features
 from teachers.spec import Range, Share
 
 _SHARES = np.linspace(0.05, 0.95, 10)
-"""Grid of the probabilities of silence, where they are inferred."""
+GRID = np.tile(_SHARES, 10), np.repeat(_SHARES, 10)
+"""Probabilities of silence after right and after wrong actions where they are inferred, shape (strategies,) both."""
+
+
+def log_chances(error: Any, plus: NDArray[np.float64], minus: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Log-likelihoods of labels.
+
+    Args:
+        error: a probability, or several that broadcast with the others.
+        plus, minus: probabilities of silence, shape (..., strategies).
+
+    Returns:
+        By whether the action was the best, and by blame, silence and praise: shape (2, 3, ..., strategies).
+    """
+    right = np.stack([error * (1 - minus), (1 - error) * plus + error * minus, (1 - error) * (1 - plus)])
+    wrong = np.stack([(1 - error) * (1 - minus), (1 - error) * minus + error * plus, error * (1 - plus)])
+    return np.asarray(np.log(np.maximum(np.stack([wrong, right]), 1e-12)))
 
 
 class _Policy(EvaluatedPolicy["Sabl"]):
@@ -19,20 +35,21 @@ class _Policy(EvaluatedPolicy["Sabl"]):
 
     def clear(self) -> None:
         """Forget all labels."""
-        plus, minus = self.strategies()
-        error = self.spec.error
-        # Shape (2, 3, strategies): whether the action was the best; blame, silence, praise.
-        right = np.stack([error * (1 - minus), (1 - error) * plus + error * minus, (1 - error) * (1 - plus)])
-        wrong = np.stack([(1 - error) * (1 - minus), (1 - error) * minus + error * plus, error * (1 - plus)])
-        self._log = np.log(np.maximum(np.stack([wrong, right]), 1e-12))
+        self._log = log_chances(self.spec.error, *self.strategies())
         self._heard: dict[Hashable, NDArray[np.float64]] = {}
 
     def strategies(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Probabilities of silence after right and after wrong actions, shape (strategies,) both."""
-        if self.spec.infers:
-            plus, minus = np.meshgrid(_SHARES, _SHARES)
-            return plus.ravel(), minus.ravel()
-        return np.array([self.spec.plus]), np.array([self.spec.minus])
+        return GRID if self.spec.infers else (np.array([self.spec.plus]), np.array([self.spec.minus]))
+
+    def recall(self, heard: dict[Hashable, NDArray[np.float64]], silent: set[int]) -> None:
+        """Take over a memory.
+
+        Args:
+            heard: per state with labels the log-likelihoods, shape (actions, strategies).
+            silent: the turns that count as silence.
+        """
+        self._heard, self._silent = heard, silent
 
     def begin(self) -> None:
         """Begin an episode."""
@@ -93,6 +110,7 @@ class Sabl(Evaluated):
     """Whether it infers `plus` and `minus` instead of using the given values."""
     reads = "atoms"
     policy = _Policy
+    batch = "Sabls"
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -1,6 +1,10 @@
 """tamer: predicts the trainer's label of each action, and takes the action of the greatest prediction."""
 
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
 
 from llf_teacher.students.evaluated import Evaluated, EvaluatedPolicy, Features, Table
 from teachers.spec import Share
@@ -19,6 +23,11 @@ class _Policy(EvaluatedPolicy["Tamer"]):
         if label:
             self._human.add(state, self.spec.alpha * (label - self._human(state)[action]), action)
 
+    def recall(self, table: Mapping[Hashable, NDArray[np.float64]]) -> None:
+        """Take over a memory: predictions per state, shape (actions,)."""
+        for state, row in table.items():
+            self._human.add((state,), row)
+
     def choose(self, here: Features) -> int:
         """The action of the greatest prediction; labels are not summed like rewards, so the horizon is one action."""
         return self.best(self._human(here))
@@ -36,3 +45,4 @@ class Tamer(Evaluated):
     """Step size, 0 to 1."""
     reads = "atoms"
     policy = _Policy
+    batch = "Tamers"

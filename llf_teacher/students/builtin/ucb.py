@@ -39,6 +39,18 @@ class _Policy(LearnerPolicy["Ucb"]):
         bounds = {arm: self._sum[arm] / n + scale * math.sqrt(log / n) for arm in tried if (n := self._count[arm])}
         return max(bounds, key=bounds.__getitem__)
 
+    def recall(self, count: list[int], total: list[float], untried: list[int], last: int) -> None:
+        """Take over a memory.
+
+        Args:
+            count: per action how often its reward was counted.
+            total: per action the sum of its rewards.
+            untried: the actions that have no reward yet, the next one last.
+            last: the last action.
+        """
+        self._count, self._sum, self._untried = count, total, untried
+        self.take(last)
+
     def take(self, action: Any) -> None:
         """Note the action; an advised action counts as tried."""
         self._last: int = int(action)
@@ -52,3 +64,4 @@ class Ucb(Learner):
     """Width of the bound, in units of reward, at least 0."""
     suits = ActionValues
     policy = _Policy
+    batch = "Ucbs"

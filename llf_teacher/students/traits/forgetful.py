@@ -6,9 +6,10 @@ from typing import Annotated
 
 import numpy as np
 
-from llf_teacher.students.scene import Floats, HeardTurn, Recovery, Scene
+from llf_teacher.students.scene import Floats, HeardTurn, Recovery, Scene, SceneBatch
 from llf_teacher.students.trait import Trait
 from teachers.spec import Range
+from worlds.batches import Bools
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,11 @@ class Forgetful(Trait):
     def forgets(self, scene: Scene) -> bool:
         """Whether it does now."""
         return self.half_life is not None and not scene.happens(2 ** (-1 / self.half_life))
+
+    def forgets_rows(self, scene: SceneBatch) -> Bools:
+        """`forgets` in arrays."""
+        every = np.ones(len(scene.rows), bool)
+        return ~every if self.half_life is None else ~scene.happens(2 ** (-1 / self.half_life), every)
 
     def log_likelihood(self, strengths: Floats, steps: Sequence[HeardTurn]) -> Floats:
         """By the probability of the turn in which it forgot last, given what it did until then."""

@@ -4,9 +4,22 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from llf_teacher.students.scene import BareSentence, Floats, HeardTurn, Recovery, Scene, changed, log_binomial
+import numpy as np
+
+from llf_teacher.students.scene import (
+    BareSentence,
+    Floats,
+    Heard,
+    HeardTurn,
+    Recovery,
+    Scene,
+    SceneBatch,
+    changed,
+    log_binomial,
+)
 from llf_teacher.students.trait import Trait
-from teachers.atoms import ActionClaim, Atom, Claim, EditClaim, PlanClaim, Verdict
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Atom, Claim, EditClaim, PlanClaim, R, Verdict
+from teachers.session import BIT
 from teachers.spec import Share
 
 
@@ -39,6 +52,20 @@ class Mishears(Trait):
             other = scene.another(claim.action)
             return None if other is None else changed(claim, action=other)
         return None
+
+    def hear_rows(self, heard: Heard, scene: SceneBatch) -> Heard:
+        """`hear` in arrays, of claims that are about actions, but for rewards."""
+        kinds = heard.kinds
+        kinds = kinds - BIT[R] * scene.happens(self.p, heard.kinds & BIT[R] > 0)
+        for kind, opposite in ((HP, HN), (HN, HP)):
+            kinds = kinds + (BIT[opposite] - BIT[kind]) * scene.happens(self.p, heard.kinds & BIT[kind] > 0)
+        named = []
+        for kind, action in ((FP, heard.advised), (FN, heard.warned)):
+            wrong = scene.happens(self.p, heard.kinds & BIT[kind] > 0)
+            other = scene.another(action, wrong)
+            kinds = kinds - BIT[kind] * (wrong & (other < 0))
+            named.append(np.where(wrong, other, action))
+        return Heard(kinds, *named)
 
     def log_likelihood(self, strengths: Floats, steps: Sequence[HeardTurn]) -> Floats:
         """Of departures from advice for the turn."""

@@ -4,10 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from llf_teacher.students.scene import Floats, HeardTurn, Recovery, Scene, log_binomial
+from llf_teacher.students.scene import Floats, Heard, HeardTurn, Recovery, Scene, SceneBatch, log_binomial
 from llf_teacher.students.trait import Trait
-from teachers.atoms import Atom, Claim
+from teachers.atoms import KINDS, Atom, Claim
 from teachers.feedback import format_kinds, parse_kinds
+from teachers.session import BIT
 from teachers.spec import Share
 
 
@@ -32,6 +33,14 @@ class Skims(Trait):
         """The claim, or nothing."""
         skipped = atom.kind in parse_kinds(self.kinds) and scene.happens(self.p)
         return None if skipped else atom.claim
+
+    def hear_rows(self, heard: Heard, scene: SceneBatch) -> Heard:
+        """`hear` in arrays."""
+        kinds = heard.kinds
+        for kind in KINDS:
+            if kind in parse_kinds(self.kinds):
+                kinds = kinds - BIT[kind] * scene.happens(self.p, heard.kinds & BIT[kind] > 0)
+        return heard._replace(kinds=kinds)
 
     def log_likelihood(self, strengths: Floats, steps: Sequence[HeardTurn]) -> Floats:
         """Of departures from advice for the turn in states that nothing was said of before; luck may hide them."""

@@ -4,9 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from llf_teacher.students.scene import Floats, HeardTurn, Recovery, Scene, log_binomial
+import numpy as np
+
+from llf_teacher.students.scene import Floats, HeardTurn, Recovery, Scene, SceneBatch, log_binomial
 from llf_teacher.students.trait import Trait
 from teachers.spec import Share
+from worlds.batches import Ints
 
 
 @dataclass(frozen=True)
@@ -21,6 +24,10 @@ class Stubborn(Trait):
     def act(self, action: Any, scene: Scene) -> Any:
         """The last action, or this one."""
         return scene.last if scene.turn and scene.happens(self.p) else action
+
+    def act_rows(self, actions: Ints, scene: SceneBatch) -> Ints:
+        """`act` in arrays."""
+        return np.where(scene.happens(self.p, scene.turn > 0), scene.last, actions)
 
     def log_likelihood(self, strengths: Floats, steps: Sequence[HeardTurn]) -> Floats:
         """Of repetitions, where another action is advised."""

@@ -1,0 +1,102 @@
+"""Students with traits in arrays."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from llf_teacher.students.batches import Seats, StudentBatch
+from llf_teacher.students.scene import Heard, SceneBatch
+from llf_teacher.students.student import Policy, Student
+from llf_teacher.students.trait import Trait
+from worlds.batches import Bools, Floats, Ints
+from worlds.batches.streams import Streams
+
+
+class TraitedBatch(StudentBatch[Student]):
+    """What is heard passes the traits from left to right, then the students act; so does what they do.
+
+    Args:
+        spec: the student with its traits.
+        traits: these, with a form in arrays each.
+        inner: the students without them.
+        seats: where they play.
+    """
+
+    def __init__(self, spec: Student, traits: Sequence[Trait], inner: StudentBatch[Any], seats: Seats) -> None:
+        super().__init__(spec, seats)
+        self.inner = inner
+        self._turns, self._since, self._last = (np.zeros(seats.rows, np.int64) for _ in range(3))
+        scenes = [
+            SceneBatch(Streams(np.zeros(seats.rows, np.uint64)), self._turns, self._last, seats.actions) for _ in traits
+        ]
+        self._parts = [*zip(traits, scenes, strict=True)]
+
+    def enrol(self, rows: Ints, drawn: Mapping[str, npt.NDArray[Any]]) -> None:
+        """Put new students into rows."""
+        self.inner.enrol(rows, drawn)
+        self.start(rows)
+
+    def student(self, row: int) -> Student:
+        """The student of a row."""
+        return self.spec  # those with traits do not vary
+
+    def begin(self, rows: Ints) -> None:
+        """Begin an episode."""
+        self.inner.begin(rows)
+        self.start(rows)
+
+    def clear(self, rows: Ints) -> None:
+        """Forget everything."""
+        self.inner.clear(rows)
+
+    def start(self, rows: Ints) -> None:
+        """Begin an episode: each trait with a stream beside that of the student, as `streams_beside` gives them."""
+        self._turns[rows] = self._since[rows] = 0
+        for number, (_, scene) in enumerate(self._parts):
+            scene.streams.states[rows] = self.streams.beside(1 + number, rows)  # the first is for words
+
+    def act(self, rows: Ints, places: Ints, rewards: Floats, heard: Heard) -> Ints:
+        """The actions after all traits."""
+        self._forget(rows[self._turns[rows] > 0])
+        actions = self.inner.act(rows, places, rewards, self._through(rows, heard))
+        for trait, scene in self._parts:
+            actions = trait.act_rows(actions, scene)
+        self.take(rows, places, actions)
+        self._turns[rows] += 1
+        return actions
+
+    def _forget(self, rows: Ints) -> None:
+        """Begin with a new student where a trait forgets now."""
+        forgets = np.zeros(len(rows), bool)
+        for trait, scene in self._parts:
+            scene.rows = rows
+            forgets |= trait.forgets_rows(scene)
+        anew = rows[forgets]
+        if len(anew):
+            self.inner.renew(anew)
+            self._since[anew] = self._turns[anew]
+
+    def _through(self, rows: Ints, heard: Heard) -> Heard:
+        """What is heard after the traits."""
+        for trait, scene in self._parts:
+            scene.rows = rows
+            heard = trait.hear_rows(heard, scene)
+        return heard
+
+    def take(self, rows: Ints, places: Ints, actions: Ints) -> None:
+        """Note the actions of a turn."""
+        self._last[rows] = actions
+        self.inner.take(rows, places, actions)
+
+    def finish(self, rows: Ints, places: Ints, rewards: Floats, terminated: Bools, heard: Heard) -> None:
+        """The students hear the last words through their traits, too."""
+        self.inner.finish(rows, places, rewards, terminated, self._through(rows, heard))
+
+    def teach(self, policy: Policy[Any], row: int, turn: int, seen: Sequence[Any], here: int) -> None:
+        """Copy the memory of a row."""
+        since = int(self._since[row])
+        self.inner.teach(policy.inner, row, turn - since, seen, here)  # type: ignore[attr-defined]  # of traits
+        streams = [scene.streams.stream(row) for _, scene in self._parts]
+        policy.resume_at(turn, since, int(self._last[row]), streams)  # type: ignore[attr-defined]  # likewise
