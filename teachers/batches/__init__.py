@@ -7,9 +7,11 @@ import numpy as np
 import numpy.typing as npt
 
 from teachers.oracle import Oracle, RefusalError
-from worlds.batches import Bools, Floats, Ints, StateT, WorldBatch
+from worlds.batches import Bools, Floats, Ints, StateT, WorldBatch, chosen, most
 
-__all__ = ["Moments", "OracleBatch", "Said", "subset"]
+__all__ = ["Moments", "OracleBatch", "Said", "Worth", "subset"]
+
+_NEAR = 1e-9  # differences below this are rounding
 
 
 class Moments(NamedTuple, Generic[StateT]):
@@ -40,6 +42,29 @@ class Said(NamedTuple):
     """Whether hp and hn name the action, bool (rows, 2); None: they do."""
 
 
+class Worth:
+    """What is at stake in states, one row each; by default it follows from a value of each action.
+
+    Args:
+        values: of shape (rows, actions).
+        limit: greatest importance.
+    """
+
+    def __init__(self, values: Floats, limit: float) -> None:
+        self.values, self._best = values, most(values)
+        self.importance = np.minimum(self._best + most(-values), limit)
+        """Value of the best action minus that of the worst, of shape (rows,)."""
+
+    def regret(self, moments: Moments[Any]) -> Floats:
+        """What the actions of turns lost that began in these states, of shape (rows,)."""
+        return self._best - chosen(self.values, moments.action)
+
+    def mistakes(self, actions: Ints) -> Bools:
+        """Whether these actions are worth less than others, of shape (rows,)."""
+        worse: Bools = chosen(self.values, actions) < self._best - _NEAR
+        return worse
+
+
 class OracleBatch(ABC, Generic[StateT]):
     """A family's oracle in arrays; of each kind it states at most one claim about an action.
 
@@ -56,8 +81,12 @@ class OracleBatch(ABC, Generic[StateT]):
         """All claims that are true and worth saying, as `Oracle.judge`."""
 
     def values(self, state: StateT) -> Floats:
-        """Value per discrete action, of shape (rows, actions), as `Oracle.values`; importance and regret follow."""
+        """Value per discrete action, of shape (rows, actions), as `Oracle.values`."""
         raise RefusalError(f"{type(self).__name__} gives no values")
+
+    def worth(self, state: StateT) -> Worth:
+        """What is at stake, as `Oracle.importance` and `Oracle.regret`."""
+        return Worth(self.values(state), self.oracle.max_importance)
 
     def plan_length(self, state: StateT, n: int) -> Ints:
         """The number of actions in `Oracle.plan`, of shape (rows,)."""

@@ -12,7 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import llf_teacher
-from llf_teacher.gym.vector.teacher import REWARDS, WITHIN
+from llf_teacher import ids
+from llf_teacher.gym.vector.lifetimes import WITHIN
+from llf_teacher.gym.vector.teacher import REWARDS
 from llf_teacher.registry import PREFIX
 from llf_teacher.students.student import frozen
 from pz_envs.family import all_families
@@ -28,6 +30,7 @@ TABULAR = [
     for name in family.showcase
     if hasattr(family.make_world(**family.environments[name]).action_space, "n")
 ]
+POINTS = [id for id in ids() if id.startswith(PREFIX + "optimization")]
 GRID = "llf-gridworld-v0"
 LEARNER = "q_learning(forget=False, trust=1.0, optimism=0.0, epsilon=0.1)"
 
@@ -46,6 +49,15 @@ def check_seen(seen, row, observation):
 
 def check_table(batch, row, lesson):
     """What the scalar student has learned is in the row's table; of states that it has not seen it knows nothing."""
+    if batch.students.spec.name == "obedient":
+        twin = llf_teacher.TeacherEnv(batch.env_id, student=batch.students.spec)
+        twin.reset(seed=0)
+        seen = [frozen(batch.worlds.seen(row, place)) for place in range(batch.lives.visits.shape[1])]
+        batch.students.teach(twin.student, row, 1, seen, 0)
+        assert {state: list(held) for state, held in twin.student._right.items()} == {
+            state: list(held) for state, held in lesson.student._right.items() if held
+        }
+        return
     known = lesson.student._values
     for place, values in enumerate(batch.students.table[row]):
         expected = known.get(frozen(batch.worlds.seen(row, place)), [lesson.student.spec.optimism] * len(values))
@@ -124,6 +136,20 @@ def test_lessons_live_on_as_their_rows(id, life):
     check_lifetimes(id, 3, **lived(life))
 
 
+def proposed(life):
+    """The arguments of `check_lifetimes` with points as actions; the student announces none and has no parameters."""
+    forget = life["forget"] or life["episodes"] == 1
+    own = {name: value for name, value in life.items() if name not in ("forget", "trust", "announce", "vary")}
+    return {**own, "student": f"obedient(forget={forget})"}
+
+
+@pytest.mark.parametrize("id", POINTS)
+@settings(max_examples=2, deadline=None, derandomize=True)
+@given(life=st.fixed_dictionaries(LIVES), shift=st.booleans())
+def test_lessons_with_points_live_on_as_their_rows(id, life, shift):
+    check_lifetimes(id, 3, **proposed(life), shift=shift)
+
+
 @pytest.mark.full
 @pytest.mark.parametrize("id", TABULAR)
 def test_thousands_of_lessons_live_on_as_their_rows(id):
@@ -137,6 +163,21 @@ def test_thousands_of_lessons_live_on_as_their_rows(id):
 
     check()
     assert lifetimes > 2000
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("id", POINTS)
+def test_thousands_of_lessons_with_points_live_on_as_their_rows(id):
+    lifetimes = 0
+
+    @settings(max_examples=20, deadline=None, derandomize=True)
+    @given(life=st.fixed_dictionaries(LIVES), shift=st.booleans())
+    def check(life, shift):
+        nonlocal lifetimes
+        lifetimes += check_lifetimes(id, 20, **proposed(life), shift=shift)
+
+    check()
+    assert lifetimes > 400
 
 
 @pytest.mark.parametrize("id", TABULAR)
@@ -195,7 +236,8 @@ def test_the_named_rewards_are_those_of_the_seats():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"student": "obedient"}, "the student obedient cannot play in arrays; allowed: q_learning"),
+        ({"student": "text_only"}, "the student text_only cannot play in arrays; allowed: obedient, q_learning"),
+        ({"student": "obedient"}, r"in arrays the student obedient needs actions in a box, got Discrete\(4\)"),
         ({"episodes": 0}, "episodes must be an integer of at least 1, got 0"),
         ({"episodes": 1}, "forget=False is for lifetimes"),
         ({"budget": 0}, "budget must be None or an integer of at least 1, got 0"),
@@ -210,6 +252,11 @@ def test_the_named_rewards_are_those_of_the_seats():
 def test_what_arrays_cannot_do_is_refused(change, message):
     with pytest.raises(ValueError, match=message):
         batch_of(GRID, 2, **change)
+
+
+def test_students_with_a_table_propose_no_points():
+    with pytest.raises(ValueError, match=r"in arrays the student q_learning.* needs discrete actions, got Box"):
+        batch_of(POINTS[0], 2)
 
 
 def test_a_teachers_numbers_are_those_of_the_scalar_environment():

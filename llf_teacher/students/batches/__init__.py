@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from gymnasium import spaces
 
 from llf_teacher.students.learner import Learner, LearnerPolicy
 from llf_teacher.students.student import Student
@@ -29,6 +30,9 @@ class LearnerBatch(ABC):
         actions: number of actions.
         streams: the random streams of the rows.
     """
+
+    discrete = True
+    """Whether actions are numbers; otherwise they are points of a box."""
 
     def __init__(self, spec: Learner, rows: int, states: int, actions: int, streams: Streams) -> None:
         self.spec, self.streams = spec, streams
@@ -89,7 +93,7 @@ class LearnerBatch(ABC):
 
         Args:
             rows, places, rewards: see `intend`.
-            kinds: bits of the kinds of feedback that are given.
+            kinds: bits of the kinds of feedback that are given; of hp and hn if they name the last action.
             advised: the advised actions, where there is advice.
             warned: the actions of warnings, where there is one.
         """
@@ -109,8 +113,8 @@ class LearnerBatch(ABC):
         self.take(rows, places, actions)
         return actions
 
-    def finish(self, rows: Ints, places: Ints, rewards: Floats, terminated: Bools) -> None:
-        """Learn from the last action of an episode."""
+    def finish(self, rows: Ints, places: Ints, rewards: Floats, terminated: Bools, kinds: Ints) -> None:
+        """Learn from the last action of an episode; `kinds` as of `act`."""
         acted = self._acted[rows]
         self.learn(rows[acted], places[acted], rewards[acted], terminated[acted])
         self._acted[rows] = False
@@ -146,11 +150,11 @@ class LearnerBatch(ABC):
         """`LearnerPolicy.take`."""
 
 
-def learners(spec: Student, rows: int, states: int, actions: int, streams: Streams) -> LearnerBatch:
-    """Students in arrays.
+def learners(spec: Student, rows: int, states: int, space: spaces.Space[Any], streams: Streams) -> Any:
+    """Students in arrays: a `LearnerBatch`, or another class with its methods.
 
     Raises:
-        ValueError: the student has no version in arrays.
+        ValueError: the student has no version in arrays, or none for such actions.
     """
     if not spec.batch:
         from llf_teacher.students.parsing import STUDENTS
@@ -158,5 +162,8 @@ def learners(spec: Student, rows: int, states: int, actions: int, streams: Strea
         able = ", ".join(name for name in STUDENTS.names if STUDENTS[name].batch)
         raise ValueError(f"the student {spec} cannot play in arrays; allowed: {able}; TeacherEnv takes any student")
     module = importlib.import_module(f"{__name__}.{spec.name}")
-    batch: LearnerBatch = getattr(module, spec.batch)(spec, rows, states, actions, streams)
-    return batch
+    batch = getattr(module, spec.batch)
+    if batch.discrete != isinstance(space, spaces.Discrete):
+        needed = "discrete actions" if batch.discrete else "actions in a box"
+        raise ValueError(f"in arrays the student {spec} needs {needed}, got {space}; TeacherEnv takes any student")
+    return batch(spec, rows, states, int(space.n) if isinstance(space, spaces.Discrete) else space, streams)
