@@ -9,7 +9,7 @@ import numpy.typing as npt
 from teachers.oracle import Oracle, RefusalError
 from worlds.batches import Bools, Floats, Ints, StateT, WorldBatch, chosen, most
 
-__all__ = ["Moments", "OracleBatch", "Said", "Worth", "subset"]
+__all__ = ["Moments", "OracleBatch", "Said", "Stakes", "subset"]
 
 _NEAR = 1e-9  # differences below this are rounding
 
@@ -42,7 +42,7 @@ class Said(NamedTuple):
     """Whether hp and hn name the action, bool (rows, 2); None: they do."""
 
 
-class Worth:
+class Stakes:
     """What is at stake in states, one row each; by default it follows from a value of each action.
 
     Args:
@@ -84,9 +84,9 @@ class OracleBatch(ABC, Generic[StateT]):
         """Value per discrete action, of shape (rows, actions), as `Oracle.values`."""
         raise RefusalError(f"{type(self).__name__} gives no values")
 
-    def worth(self, state: StateT) -> Worth:
+    def stakes(self, state: StateT) -> Stakes:
         """What is at stake, as `Oracle.importance` and `Oracle.regret`."""
-        return Worth(self.values(state), self.oracle.max_importance)
+        return Stakes(self.values(state), self.oracle.max_importance)
 
     def plan_length(self, state: StateT, n: int) -> Ints:
         """The number of actions in `Oracle.plan`, of shape (rows,)."""

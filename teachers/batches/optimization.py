@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from teachers.batches import Moments, OracleBatch, Said, Worth, subset
+from teachers.batches import Moments, OracleBatch, Said, Stakes, subset
 from teachers.oracles.optimization import BEHIND, CLOSE, ENOUGH, SHARES, SHORT
 from teachers.oracles.optimization.claims import FARTHER, between, corners_of
 from worlds.batches import Bools, Floats, Ints
@@ -14,7 +14,7 @@ _EXACT = 22  # powers of ten up to this are floats
 _POWERS = 10.0 ** np.maximum(np.arange(-_EXACT, _EXACT + 1), 0)  # a table, as numpy takes long for each of them
 
 
-class _Gains(Worth):
+class _Gains(Stakes):
     """What can be gained by a proposal."""
 
     def __init__(self, y: Floats, rewards: tuple[float, float]) -> None:
@@ -46,7 +46,7 @@ class OptimizationOracleBatch(OracleBatch[State]):
         advice = np.where(good[:, None], np.stack(advised, 1), after.x)
         return Said(kinds, advice, np.stack(warned, 1), verdicts, judges)
 
-    def worth(self, state: State) -> Worth:
+    def stakes(self, state: State) -> Stakes:
         """The reward that can still be gained."""
         return _Gains(state.y, self.worlds.world.reward_range)
 

@@ -220,7 +220,7 @@ class TeacherVectorEnv(RowsEnv):
         places = self.lives.here[rows]
         heard = self.moments.reward[rows], *self._spoken.heard(rows, said)
         self._act(self.students.act(rows, places, *heard), rows if len(rows) < self.num_envs else slice(None))
-        regret = self._worth.regret(self.moments)  # of the states before
+        regret = self._stakes.regret(self.moments)  # of the states before
         reward[rows] += self._reward(self.moments, regret)[rows]
         self.lives.acted(rows, regret[rows] <= NEAR)
         self.lives.arrive(rows, self.worlds.place(rows))
@@ -247,11 +247,11 @@ class TeacherVectorEnv(RowsEnv):
         share = np.ones(self.num_envs)
         if self.budget is not None:
             share = np.maximum(self.budget - self.spent, 0) / self.budget
-        self._worth = self.oracle.worth(moments.after)
+        self._stakes = self.oracle.stakes(moments.after)
         paid = np.clip(moments.reward, self._low, self._high)
         observed: dict[str, npt.NDArray[Any]] = {
             "available": SUBSET_BITS.take(self._available(), axis=0),
-            "features": columns(moments.turn / self.max_turns, paid, self._worth.importance, share, moments.over),
+            "features": columns(moments.turn / self.max_turns, paid, self._stakes.importance, share, moments.over),
             "action_mask": self._mask(),
         }
         self._intention = np.full(self.num_envs, -1)
@@ -260,7 +260,7 @@ class TeacherVectorEnv(RowsEnv):
             self._intention[rows] = self.students.intend(rows, self.lives.here[rows], moments.reward[rows])
         if self.episodes > 1:
             announced = self._intention >= 0
-            mistake = announced & self._worth.mistakes(np.maximum(self._intention, 0)) if self.announce else announced
+            mistake = announced & self._stakes.mistakes(np.maximum(self._intention, 0)) if self.announce else announced
             way = np.where(moments.over, 0, self.oracle.plan_length(moments.after, self.max_turns))
             observed["lifetime"] = self.lives.features(announced, mistake, way)
         return observed if self._flat is None else self._flat.of(observed, self.num_envs)
