@@ -40,6 +40,17 @@ class AdviceTaker(Policy[B_co]):
         self._plan: Sequence[Any] = ()
         self._endless = False
 
+    def recall(self, right: dict[Any, dict[Any, Any]], turn: int, last: Any) -> None:
+        """Take over, at the begin of an episode, what was learned elsewhere, and a history.
+
+        Args:
+            right: per state the actions that are held for right, with the latest at the end.
+            turn: number of turns of the episode so far.
+            last: the state before the last of them.
+        """
+        self._right, self._wrong = right, {}
+        self._states = [last] * turn
+
     def arrive(self, observation: dict[str, Any]) -> int:
         """Add the state to the history; returns the number of turns so far."""
         self._states.append(frozen(state_of(observation)))

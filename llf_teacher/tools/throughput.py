@@ -14,6 +14,8 @@ from rich.table import Table
 
 from llf_teacher.gym.vector import StudentVectorEnv, TeacherVectorEnv
 from llf_teacher.registry import PREFIX
+from llf_teacher.tools.benchmark.measuring import spread
+from llf_teacher.tools.benchmark.timings import RUNS
 from pz_envs.family import all_families
 
 STUDENT = "q_learning(forget=False, trust=1.0, optimism=0.0, epsilon=0.1)"
@@ -39,12 +41,14 @@ class Kind(NamedTuple):
     """Options under which no episode ends."""
 
 
-def throughput(progress: Callable[[str], object], rows: int = 4096, horizons: int = _HORIZONS) -> Table:
-    """A table of steps per second of CPU time, in millions, with fresh random actions.
+def throughput(
+    progress: Callable[[str], object], rows: int = 4096, horizons: int = _HORIZONS, runs: int = RUNS
+) -> Table:
+    """A table of steps per second of CPU time, in millions, with fresh random actions: medians of runs, and ranges.
 
     `M/s` includes autoresets at the family's own horizon, `steps alone` has no resets, `resets alone` has no steps.
     `anew` draws each world anew instead of from a pool, and `pool s` is the time to make the pool, in seconds. `kB` is
-    the memory of a row, with its share of the pool.
+    the memory of a row, with its share of the pool; these two are of one run.
     """
     names = ("M/s", "steps alone", "resets alone", "anew", "pool s", "kB")
     table = Table("environment", *names, title=f"{rows} rows", title_justify="left", box=None, padding=(0, 2, 0, 0))
@@ -56,8 +60,10 @@ def throughput(progress: Callable[[str], object], rows: int = 4096, horizons: in
         env.reset()
         made = time.process_time() - begin
         steps = kind.horizon * kind.horizons
-        cells = [_rate(env, steps), _rate(kind.make(rows, **kind.endless), steps), _resets(env)]
-        cells.append("" if kind.anew is None else _rate(kind.make(rows, **kind.anew), kind.horizon))
+        endless = kind.make(rows, **kind.endless)
+        cells = [_median(runs, _rate, env, steps), _median(runs, _rate, endless, steps), _median(runs, _resets, env)]
+        anew = None if kind.anew is None else kind.make(rows, **kind.anew)
+        cells.append("" if anew is None else _median(runs, _rate, anew, kind.horizon))
         cells.append("" if kind.anew is None else f"{made:.1f}")
         table.add_row(kind.name, *cells, f"{_memory(kind, rows):.1f}")
     return table
@@ -90,7 +96,11 @@ def _teacher(id: str) -> Callable[..., VectorEnv[Any, Any, Any]]:
     return lambda rows, **options: TeacherVectorEnv(id, rows, **{**settings, **options})
 
 
-def _rate(env: VectorEnv[Any, Any, Any], steps: int) -> str:
+def _median(runs: int, figure: Callable[..., float], *arguments: Any) -> str:
+    return spread([figure(*arguments) for _ in range(runs)])
+
+
+def _rate(env: VectorEnv[Any, Any, Any], steps: int) -> float:
     """Steps of all rows per second, in millions; drawing the actions is not timed."""
     env.reset(seed=0)
     env.reset()
@@ -104,7 +114,7 @@ def _rate(env: VectorEnv[Any, Any, Any], steps: int) -> str:
             env.step(each)
         spent += time.process_time() - begin
         done += len(actions)
-    return f"{done * env.num_envs / spent / 1e6:.2f}"
+    return done * env.num_envs / spent / 1e6
 
 
 def _fresh(env: VectorEnv[Any, Any, Any]) -> "Iterator[np.ndarray[Any, Any]]":
@@ -118,12 +128,12 @@ def _fresh(env: VectorEnv[Any, Any, Any]) -> "Iterator[np.ndarray[Any, Any]]":
             yield rng.uniform(low, high, (env.num_envs, *(space.shape or ())))
 
 
-def _resets(env: VectorEnv[Any, Any, Any]) -> str:
+def _resets(env: VectorEnv[Any, Any, Any]) -> float:
     """Resets of all rows per second, in millions."""
     begin = time.process_time()
     for _ in range(_HORIZONS):
         env.reset()
-    return f"{_HORIZONS * env.num_envs / (time.process_time() - begin) / 1e6:.2f}"
+    return _HORIZONS * env.num_envs / (time.process_time() - begin) / 1e6
 
 
 def _memory(kind: Kind, rows: int) -> float:

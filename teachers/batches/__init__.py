@@ -7,12 +7,13 @@ import numpy as np
 import numpy.typing as npt
 
 from teachers.oracle import Oracle, RefusalError
-from worlds.batches import Bools, Floats, Ints, Rows, StateT, WorldBatch, most
+from worlds.batches import Bools, Floats, Ints, Rows, StateT, WorldBatch, chosen, most
 
-__all__ = ["Kinds", "Moments", "OracleBatch", "Said", "subset"]
+__all__ = ["Kinds", "Moments", "OracleBatch", "Said", "Stakes", "subset"]
 
 Kinds = npt.NDArray[np.uint8]
 """Subsets of the kinds, of shape (rows,): bit i for kind i."""
+_NEAR = 1e-9  # differences below this are rounding
 
 
 class Moments(NamedTuple, Generic[StateT]):
@@ -49,6 +50,30 @@ class Said(NamedTuple):
     """Whether hp and hn name the action, bool (rows, 2); None: they do."""
 
 
+class Stakes:
+    """What is at stake in states, one row each; by default it follows from a value of each action.
+
+    Args:
+        values: of shape (rows, actions).
+        limit: greatest importance.
+    """
+
+    def __init__(self, values: Floats, limit: float) -> None:
+        self.values, self._best = values, most(values)
+        self.importance = np.minimum(self._best + most(-values), limit)
+        """Value of the best action minus that of the worst, of shape (rows,)."""
+
+    def regret(self, moments: Moments[Any]) -> Floats:
+        """What the actions of turns lost that began in these states, of shape (rows,)."""
+        lost: Floats = self._best - chosen(self.values, moments.action)
+        return lost
+
+    def mistakes(self, actions: Ints) -> Bools:
+        """Whether these actions are worth less than others, of shape (rows,)."""
+        worse: Bools = chosen(self.values, actions) < self._best - _NEAR
+        return worse
+
+
 class OracleBatch(ABC, Generic[StateT]):
     """A family's oracle in arrays; of each kind it states at most one claim about an action.
 
@@ -65,14 +90,12 @@ class OracleBatch(ABC, Generic[StateT]):
         """All claims that are true and worth saying, as `Oracle.judge`."""
 
     def values(self, state: StateT) -> Floats:
-        """Value per discrete action, of shape (rows, actions), as `Oracle.values`; importance and regret follow."""
+        """Value per discrete action, of shape (rows, actions), as `Oracle.values`."""
         raise RefusalError(f"{type(self).__name__} gives no values")
 
-    def importance(self, state: StateT) -> Floats:
-        """What is at stake in the next action, of shape (rows,), as `Oracle.importance`; by default from the values."""
-        values = self.values(state)
-        stake: Floats = most(values) + most(-values)
-        return stake
+    def stakes(self, state: StateT) -> Stakes:
+        """What is at stake, as `Oracle.importance` and `Oracle.regret`."""
+        return Stakes(self.values(state), self.oracle.max_importance)
 
     def plan_length(self, state: StateT, n: int) -> Ints:
         """The number of actions in `Oracle.plan`, of shape (rows,)."""

@@ -2,16 +2,28 @@
 
 import numpy as np
 
-from teachers.batches import Moments, OracleBatch, Said, subset
+from teachers.batches import Moments, OracleBatch, Said, Stakes, subset
 from teachers.oracles.optimization import BEHIND, CLOSE, ENOUGH, SHARES, SHORT
 from teachers.oracles.optimization.claims import FARTHER, between, corners_of
-from worlds.batches import Bools, Floats
+from worlds.batches import Bools, Floats, Ints
 from worlds.batches.optimization import Landscapes, OptimizationBatch, Points, State
-from worlds.optimization import TOLERANCE, Optimization
+from worlds.optimization import SCALE, TOLERANCE, Optimization
 
 _TIE = 1e-6
 _EXACT = 22  # powers of ten up to this are floats
 _POWERS = 10.0 ** np.maximum(np.arange(-_EXACT, _EXACT + 1), 0)  # a table, as numpy takes long for each of them
+
+
+class _Gains(Stakes):
+    """What can be gained by a proposal."""
+
+    def __init__(self, y: Floats, rewards: tuple[float, float]) -> None:
+        low, self._high = rewards
+        self.importance = self._high - np.clip(-y / SCALE, low, self._high)
+
+    def regret(self, moments: Moments[State]) -> Floats:
+        """The greatest reward minus the action's."""
+        return self._high - moments.reward
 
 
 class OptimizationOracleBatch(OracleBatch[State]):
@@ -34,11 +46,13 @@ class OptimizationOracleBatch(OracleBatch[State]):
         advice = np.where(good[:, None], np.stack(advised, 1), after.x)
         return Said(kinds, advice, np.stack(warned, 1), verdicts, judges)
 
-    def importance(self, state: State) -> Floats:
+    def stakes(self, state: State) -> Stakes:
         """The reward that can still be gained."""
-        low, high = self.worlds.world.reward_range
-        gain: Floats = high - np.clip(-state.y / 100, low, high)
-        return gain
+        return _Gains(state.y, self.worlds.world.reward_range)
+
+    def plan_length(self, state: State, n: int) -> Ints:
+        """A point of least loss, again and again."""
+        return np.full(len(state.y), n)
 
     def _verdicts(self, moments: Moments[State], landscapes: Landscapes) -> tuple[np.ndarray, np.ndarray]:
         """The numbers of praises and of blames, of shape (rows, 2), and whether the whole proposal has either."""

@@ -33,5 +33,5 @@ class Importance(Early):
 
     def speak_rows(self, kinds: Kinds, memory: Floats, moments: Moments[Any], oracle: OracleBatch[Any]) -> Kinds:
         """`Weighing.speak` in arrays."""
-        wants = ~moments.over & (oracle.importance(moments.after) >= self.threshold)
+        wants = ~moments.over & (oracle.stakes(moments.after).importance >= self.threshold)
         return super().speak_rows(kinds * wants, memory, moments, oracle)

@@ -8,7 +8,7 @@ import numpy as np
 from teachers.batches import Kinds, Moments, OracleBatch
 from teachers.personality import Claims, Personality, Stage, View
 from teachers.spec import Share
-from worlds.batches import Floats, chosen, most
+from worlds.batches import Bools, Floats, chosen, most
 
 
 class _Worth(Stage["Skip"]):
@@ -50,7 +50,8 @@ class Skip(Personality):
         turns, total = turns + 1, total + most(values) + most(-values)
         worth = chosen(values, moments.action) + most(-values)
         memory[acted] = np.column_stack((turns, total, worth))[acted]
-        return kinds * ~(acted & (np.maximum(earlier, worth) < self.eps * total / turns * _BELOW))
+        silent: Bools = acted & (np.maximum(earlier, worth) < self.eps * total / turns * _BELOW)
+        return kinds * ~silent
 
 
 _BELOW = 1 - 1e-9  # equal within rounding is not below

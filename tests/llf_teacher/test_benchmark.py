@@ -93,14 +93,14 @@ def test_advised_actions_lead_to_success_and_no_further():
 
 
 def test_steps_are_timed_with_and_without_teaching(little):
-    text = text_of(benchmark.steps([family("gridworld")], said))
+    text = text_of(benchmark.steps([family("gridworld")], said, 1))
     for name in ("random", "advised"):
         (row,) = (line.split() for line in text.splitlines() if f"{GRID} " in line and f" {name} " in line)
         assert len(row) == 11
 
 
 def test_worlds_are_beside_the_originals_where_there_are_any(little):
-    text = text_of(benchmark.worlds([family("gridworld"), family("parking")], said))
+    text = text_of(benchmark.worlds([family("gridworld"), family("parking")], said, 1))
     mine, highway = (line.split() for line in text.splitlines() if line.startswith(PREFIX))
     assert len(mine) == 2
     assert float(highway[-1]) < 1
@@ -108,7 +108,7 @@ def test_worlds_are_beside_the_originals_where_there_are_any(little):
 
 def test_every_form_is_timed(little, monkeypatch):
     monkeypatch.setattr(timings, "simple_families", lambda: [family("gridworld")])
-    text = text_of(benchmark.forms(said))
+    text = text_of(benchmark.forms(said, 1))
     for form in (
         "raw_env",
         "env",
@@ -122,10 +122,25 @@ def test_every_form_is_timed(little, monkeypatch):
 
 
 def test_seats_are_timed_with_all_that_is_said_and_with_nothing(little):
-    text = text_of(benchmark.seats([family("gridworld")], said))
+    text = text_of(benchmark.seats([family("gridworld")], said, 1))
     rows = [line.split() for line in text.splitlines() if line.startswith(PREFIX)]
     assert [row[:2] for row in rows] == [["llf-gridworld-v0", name] for name in timings.STUDENTS]
     assert all(float(row[2]) > 0 and row[7].endswith("%") for row in rows)
+
+
+def test_a_figure_is_the_median_of_the_runs_with_their_range(monkeypatch):
+    seconds = {"tictactoe": [2, 2, 2, 2, 2], "all": [5, 4, 9, 8, 1], "none": [5, 2, 6, 2, 1]}
+    runs = iter(zip(*seconds.values(), strict=True))
+    monkeypatch.setattr(
+        measuring, "measure", lambda calls, scripts: dict(zip(calls, map(times, next(runs)), strict=True))
+    )
+    monkeypatch.setattr(timings, "STUDENTS", {"random": "random"})
+    monkeypatch.setattr(timings, "blocks_of", lambda id, student, steps: [])
+    row = text_of(benchmark.seats([family("gridworld")], said)).splitlines()[-1]
+    assert "5,000,000 (1,000,000 to 9,000,000)" in row
+    assert "0.40 (0.22 to 2.00)" in row
+    assert " 33% " in row  # of 0, 1/2, 1/3, 3/4 and 0
+    assert next(runs, None) is None
 
 
 def test_a_process_that_dies_is_an_error():
@@ -136,7 +151,7 @@ def test_a_process_that_dies_is_an_error():
 
 
 def times(*seconds):
-    return Measured([Times([0.0] * 10, [], each * 10, 0.0) for each in seconds])
+    return Measured([Times([0.0] * 10, [0.0], each * 10, 0.0) for each in seconds])
 
 
 def test_a_ratio_has_the_interval_of_its_logarithm():
@@ -163,6 +178,9 @@ def test_all_that_users_call_is_compared(monkeypatch):
     result = CliRunner().invoke(app, ["dev", "benchmark", "--all"])
     assert result.exit_code == 2
     assert "--all needs --against" in result.output
+    result = CliRunner().invoke(app, ["dev", "benchmark", "--against", "HEAD~1", "--runs", "2"])
+    assert result.exit_code == 2
+    assert "--runs is of the tables" in result.output
 
 
 def test_a_process_answers():

@@ -13,7 +13,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import llf_teacher
-from llf_teacher.gym.vector.teacher import REWARDS, WITHIN
+from llf_teacher import ids
+from llf_teacher.gym.vector.lifetimes import WITHIN
+from llf_teacher.gym.vector.teacher import REWARDS
 from llf_teacher.registry import PREFIX
 from llf_teacher.students.builtin.tamer import Tamer
 from llf_teacher.students.parsing import STUDENTS as PLAYERS
@@ -34,6 +36,7 @@ TABULAR = [
     for name in family.showcase
     if hasattr(family.make_world(**family.environments[name]).action_space, "n")
 ]
+POINTS = [id for id in ids() if id.startswith(PREFIX + "optimization")]
 GRID = "llf-gridworld-v0"
 LEARNER = "q_learning(forget=False, trust=1.0, optimism=0.0, epsilon=0.1)"
 
@@ -62,13 +65,15 @@ def known(student, states):
         case "sabl":
             unseen = np.zeros((student.actions, student._log.shape[2]))
             return [student._heard.get(state, unseen) for state in states]
+        case "obedient":
+            return [[*student._right.get(state, {})] for state in states]
         case "ucb":
             return [student._count, student._sum, [student._untried.index(arm) for arm in sorted(student._untried)]]
 
 
 def check_known(batch, row, lesson):
     """What the scalar student has learned is what the row's student has learned."""
-    states = [frozen(batch.worlds.seen(row, place)) for place in range(batch.worlds.states)]
+    states = [frozen(batch.worlds.seen(row, place)) for place in range(batch.lives.visits.shape[1])]
     mine, other = known(batch.lesson(row).student, states), known(lesson.student, states)
     for one, another in zip(mine, other, strict=True):
         np.testing.assert_allclose(one, another, rtol=1e-12, atol=1e-12)
@@ -185,7 +190,7 @@ def test_other_students_live_on_as_their_rows(student, id, life):
 
 
 def test_every_student_and_trait_that_arrays_have_is_tested():
-    parts = [traits_of(parse_student(spec)) for spec in (LEARNER, *STUDENTS)]
+    parts = [traits_of(parse_student(spec)) for spec in (LEARNER, "obedient", *STUDENTS)]
     assert {student.name for student, _ in parts} == {name for name in PLAYERS.names if PLAYERS[name].batch}
     assert {trait.name for _, traits in parts for trait in traits} == {
         name for name in TRAITS.names if TRAITS[name].in_arrays()
@@ -220,6 +225,20 @@ def test_thousands_of_lessons_of_others_live_on_as_their_rows(id):
     assert lifetimes > 2000
 
 
+def proposed(life):
+    """The arguments of `check_lifetimes` with points as actions; the student announces none and has no parameters."""
+    forget = life["forget"] or life["episodes"] == 1
+    own = {name: value for name, value in life.items() if name not in ("forget", "trust", "announce", "vary")}
+    return {**own, "student": f"obedient(forget={forget})"}
+
+
+@pytest.mark.parametrize("id", POINTS)
+@settings(max_examples=2, deadline=None, derandomize=True)
+@given(life=st.fixed_dictionaries(LIVES), shift=st.booleans())
+def test_lessons_with_points_live_on_as_their_rows(id, life, shift):
+    check_lifetimes(id, 3, **proposed(life), shift=shift)
+
+
 @pytest.mark.full
 @pytest.mark.parametrize("id", TABULAR)
 def test_thousands_of_lessons_live_on_as_their_rows(id):
@@ -233,6 +252,21 @@ def test_thousands_of_lessons_live_on_as_their_rows(id):
 
     check()
     assert lifetimes > 2000
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("id", POINTS)
+def test_thousands_of_lessons_with_points_live_on_as_their_rows(id):
+    lifetimes = 0
+
+    @settings(max_examples=20, deadline=None, derandomize=True)
+    @given(life=st.fixed_dictionaries(LIVES), shift=st.booleans())
+    def check(life, shift):
+        nonlocal lifetimes
+        lifetimes += check_lifetimes(id, 20, **proposed(life), shift=shift)
+
+    check()
+    assert lifetimes > 400
 
 
 @pytest.mark.parametrize("id", TABULAR)
@@ -291,10 +325,8 @@ def test_the_named_rewards_are_those_of_the_seats():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (
-            {"student": "obedient"},
-            "the student obedient cannot play in arrays; allowed: q_learning, sabl, tamer, ucb; TeacherEnv takes any",
-        ),
+        ({"student": "text_only"}, "text_only cannot play in arrays; allowed: obedient, q_learning, sabl, tamer, ucb;"),
+        ({"student": "obedient"}, r"in arrays the student obedient needs actions in a box, got Discrete\(4\)"),
         (
             {"student": f"{LEARNER} | stubborn | partial_plan"},
             "the trait partial_plan cannot play in arrays; allowed: forgetful, mishears, skims, stubborn; TeacherEnv",
@@ -345,6 +377,16 @@ def test_a_row_that_has_ended_is_named():
     batch.reset(options={"reset_mask": np.array([True, False, True])})
     with pytest.raises(ResetNeeded, match="row 1 has ended; call reset"):
         batch.step(np.zeros(3, int))
+
+
+def test_students_with_a_table_propose_no_points():
+    with pytest.raises(ValueError, match=r"in arrays the student q_learning.* needs discrete actions, got Box"):
+        batch_of(POINTS[0], 2)
+
+
+def test_who_believes_about_points_needs_words_in_time():
+    with pytest.raises(ValueError, match="obedient needs a teacher that is never late"):
+        batch_of(POINTS[0], 2, student="obedient", episodes=1, teacher="delayed")
 
 
 def test_a_teachers_numbers_are_those_of_the_scalar_environment():

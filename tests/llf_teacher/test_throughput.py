@@ -21,7 +21,7 @@ def test_whatever_can_be_played_in_arrays_is_timed(monkeypatch):
     monkeypatch.setattr(throughput, "_kinds", small)
     console = Console(width=200)
     with console.capture() as captured:
-        console.print(throughput.throughput(lambda name: None, rows=3, horizons=1))
+        console.print(throughput.throughput(lambda name: None, rows=3, horizons=1, runs=1))
     lines = captured.get().splitlines()
     for family in all_families():
         found = [line.split() for line in lines if line.startswith(PREFIX + family.showcase[0])]

@@ -80,8 +80,21 @@ class WorldBatch(ABC, Generic[TruthT, StateT]):
         """These rows of a state."""
         return type(state)(*(array[rows] for array in state))
 
+    def number_states(self, most: int) -> int:
+        """Begin to number observations, before the first `draw` or `load`.
+
+        Args:
+            most: greatest number of observations of a row until the next `draw` or `load`.
+
+        Returns:
+            `states`, or if that is None a bound on the numbers.
+        """
+        if self.states is None:
+            raise TypeError(f"{type(self).__name__} numbers no states")
+        return self.states
+
     def place(self, rows: Rows = ALL) -> Ints:
-        """The numbers of the observations in these rows, from 0 to `states` (exclusive)."""
+        """The numbers of the observations in these rows, from 0; call `number_states` before."""
         raise TypeError(f"{type(self).__name__} numbers no states")
 
     def seen(self, row: int, place: int) -> Any:

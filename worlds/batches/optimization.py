@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from worlds.batches import Floats, Ints, Outcome, Rows, WorldBatch, merged
+from worlds.batches import ALL, Floats, Ints, Outcome, Rows, WorldBatch, merged
 from worlds.batches.streams import Streams
-from worlds.optimization import SCALE, TOLERANCE, Loss, Optimization, Truth
+from worlds.optimization import SCALE, TOLERANCE, Landscape, Loss, Optimization, Truth
 
 Points = tuple[Floats, Floats]
 """Both coordinates of many points."""
@@ -114,6 +114,7 @@ class OptimizationBatch(WorldBatch[Truth, State]):
         """Set the proposals."""
         parts = (np.array([truth[i] for truth in truths]) for i in range(3))
         self.state = merged(self.state, rows, State(*parts))
+        self._forget(rows)
 
     def draw(self, rows: Ints, rng: np.random.Generator) -> None:
         """Draw first points, and shifts if the option `shift` is set."""
@@ -123,11 +124,41 @@ class OptimizationBatch(WorldBatch[Truth, State]):
         shift = rng.uniform(low, high, shape) if world.options["shift"] else np.zeros(shape)
         fresh = State(x, np.zeros(len(rows)), shift)
         self.state = merged(self.state, rows, fresh._replace(y=self.landscapes(fresh).value((x[:, 0], x[:, 1]))))
+        self._forget(rows)
 
     def truth(self, state: State, row: int) -> Truth:
-        """The proposal, its loss and the shift."""
+        """The proposal, its loss as the scalar world has it to the last bit, and the shift."""
         (x1, x2), (shift1, shift2) = state.x[row].tolist(), state.shift[row].tolist()
-        return Truth((x1, x2), float(state.y[row]), (shift1, shift2))
+        shift = shift1, shift2
+        return Truth((x1, x2), Landscape(self.world.loss, shift).value(x1, x2), shift)
+
+    def number_states(self, most: int) -> int:
+        """Number the proposals of each row in the order of their first appearance."""
+        self._known, self._count = np.full((self.rows, most, 2), np.nan), np.zeros(self.rows, np.int64)
+        return most
+
+    def _forget(self, rows: Ints) -> None:
+        if hasattr(self, "_known"):
+            self._known[rows], self._count[rows] = np.nan, 0
+
+    def place(self, rows: Rows = ALL) -> Ints:
+        """The numbers of the proposals."""
+        here, x = np.arange(self.rows)[rows], self.state.x[rows]
+        same = (self._known[here, : self._count[here].max() + 1] == x[:, None]).all(2)
+        new = np.flatnonzero(~same.any(1))
+        fresh = here[new]
+        self._known[fresh, self._count[fresh]] = x[new]
+        self._count[fresh] += 1
+        place: Ints = same.argmax(1)
+        place[new] = self._count[fresh] - 1
+        return place
+
+    def seen(self, row: int, place: int) -> dict[str, Floats]:
+        """The proposal with this number and its loss, as the scalar world shows them."""
+        x1, x2 = self._known[row, place].tolist()
+        shift1, shift2 = self.state.shift[row].tolist()
+        y = Landscape(self.world.loss, (shift1, shift2)).value(x1, x2)
+        return {"x": np.array((x1, x2)), "y": np.array((y,))}
 
     def advance(self, actions: npt.NDArray[Any], rows: Rows, draws: Streams) -> Outcome:
         """Evaluate the loss."""

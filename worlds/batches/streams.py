@@ -102,6 +102,14 @@ class Stream(np.random.Generator):
         low, high = (0, low) if high is None else (low, high)
         return int(low + self._own.integers(high - low)[0])
 
+    def uniform(self, low: Any = 0.0, high: Any = 1.0, size: Any = None) -> Any:
+        """As the base; without `size` one draw for each pair of bounds."""
+        if size is not None:
+            return super().uniform(low, high, size)
+        low, high = np.broadcast_arrays(np.asarray(low, float), high)
+        draws = np.reshape([self._own.random()[0] for _ in range(low.size)], low.shape)
+        return low + (high - low) * draws
+
     def standard_normal(self, size: Any = None, *args: Any, **kwargs: Any) -> Any:
         """As the base."""
         return super().standard_normal(size, *args, **kwargs) if size is not None else self._own.standard_normal()[0]

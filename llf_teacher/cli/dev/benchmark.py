@@ -6,7 +6,7 @@ import typer
 
 from llf_teacher.cli import print_missing
 
-_WIDTH = 160
+_WIDTH = 200
 """Width of the widest table, in characters."""
 
 
@@ -26,9 +26,11 @@ def benchmark(
         bool, typer.Option("--all", help="With --against, compare raw_env, TeacherEnv and a study, too.")
     ] = False,
     batch: Annotated[bool, typer.Option("--batch", help="Only measure lessons in arrays.")] = False,
+    runs: Annotated[int | None, typer.Option(min=1, help="Runs of the tables, of which medians are shown; 5.")] = None,
 ) -> None:
     """Measure steps beside FrozenLake's, worlds beside the originals, seats beside tictactoe, all on fresh episodes.
 
+    A figure is the median of the runs; in brackets are the lowest and the highest, where processes differ.
     With --against, the exit status is 1 if the lower end of a ratio's 95 % interval is above 1.25 in two runs.
     """
     from rich.console import Console
@@ -40,6 +42,9 @@ def benchmark(
 
     if everything and against is None:
         raise typer.BadParameter("--all needs --against; add it, or leave out --all")
+    if runs is not None and against is not None:
+        raise typer.BadParameter("--runs is of the tables, which --against does not make; leave out one of them")
+    runs = runs or benchmark.RUNS
     known = {family.name: family for family in all_families()}
     if unknown := [name for name in families or () if name not in known]:
         raise typer.BadParameter(f"there is no family {', '.join(unknown)}; allowed: {', '.join(known)}")
@@ -51,16 +56,16 @@ def benchmark(
         if batch:
             from llf_teacher.tools.throughput import throughput
 
-            console.print(throughput(waiting.say))
+            console.print(throughput(waiting.say, runs=runs))
             return
         if against is None:
             tables = [
-                benchmark.steps(chosen, waiting.say),
-                benchmark.worlds(chosen, waiting.say),
-                benchmark.seats(chosen, waiting.say),
+                benchmark.steps(chosen, waiting.say, runs),
+                benchmark.worlds(chosen, waiting.say, runs),
+                benchmark.seats(chosen, waiting.say, runs),
             ]
             if not families:
-                tables += [benchmark.forms(waiting.say), benchmark.imports(waiting.say)]
+                tables += [benchmark.forms(waiting.say, runs), benchmark.imports(waiting.say)]
             for table in tables:
                 console.print(table)
             return

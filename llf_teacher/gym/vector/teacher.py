@@ -6,34 +6,28 @@ from typing import Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
-from gymnasium import spaces
 from gymnasium.vector import AutoresetMode
 
 from llf_teacher.gym.lifetime import NEAR
 from llf_teacher.gym.teacher_env import TeacherEnv
-from llf_teacher.gym.vector.lifetimes import Lifetimes, columns
+from llf_teacher.gym.vector.lifetimes import Lifetimes, Spoken, columns
 from llf_teacher.gym.vector.rows import SHOWN, RowsEnv
 from llf_teacher.students.batches import LearnerBatch, Seats, students
 from llf_teacher.students.parsing import parse_student
-from llf_teacher.students.scene import Heard
 from llf_teacher.students.student import Student, frozen
 from llf_teacher.students.variation import check_vary, draw_student, is_integer_range
 from pz_envs.settings import FIELDS, Settings, SettingsKeywords, check_flags, takes_settings
 from pz_envs.teacher_view import LEGAL, SUBSET_BITS
-from teachers.atoms import FP, KINDS
+from teachers.atoms import FP
 from teachers.batches import Moments
 from teachers.seeds import Seeds
 from teachers.session import BIT
 from teachers.spec import is_count, unknown
-from worlds.batches import Bools, Floats, Ints, Rows, chosen, merged, most
+from worlds.batches import Bools, Floats, Ints, Rows, merged
 from worlds.batches.streams import Streams
 
 _PRICES = ("cost", "budget", "teacher_reward")
 _USED = SHOWN | {"teacher", "feedback_type", *_PRICES, "teacher_numbers", "max_turns", "until_success"}
-_COUNT = SUBSET_BITS.sum(1)
-_FIRST = (SUBSET_BITS.cumsum(1)[:, None] <= np.arange(len(KINDS) + 1)[:, None]) & (SUBSET_BITS[:, None] > 0)
-WITHIN = (_FIRST * [BIT[kind] for kind in KINDS]).sum(2).astype(np.uint8)
-"""Per subset and number of atoms that can be said, the subset that is said, in speaking order; uint8 (32, 6)."""
 Paid = Callable[[Moments[Any], Floats], Floats]
 """The teacher's reward of turns, given the moments and their regret."""
 
@@ -64,7 +58,7 @@ class TeacherVectorEnv(RowsEnv):
     action, -1 where there is none; `trimmed`. `lesson` gives a row as a scalar environment.
 
     Args:
-        env_id: an id of `llf_teacher.ids()` whose family can be played in arrays, with finitely many states.
+        env_id: an id of `llf_teacher.ids()` whose family can be played in arrays.
         num_envs: number of rows.
         student: a spec string or a `Student` with a form in arrays.
         settings: of the lessons; None: the defaults, in a lifetime with `until_success=True`.
@@ -107,13 +101,9 @@ class TeacherVectorEnv(RowsEnv):
         if not isinstance(reward, str) or reward not in REWARDS:
             raise ValueError(f"in arrays there is no such reward: {unknown('teacher_reward', reward, REWARDS)}")
         space = self.worlds.world.action_space
-        if self.worlds.states is None or not isinstance(space, spaces.Discrete):
-            raise ValueError(
-                f"tables need finitely many states and actions, which {env_id} has not; others: TeacherEnv"
-            )
+        states = self.worlds.number_states(episodes * (self.max_turns + 1))
         self._pupil_streams = Streams(np.zeros(num_envs, np.uint64))
-        seats = Seats(num_envs, self.worlds.states, int(space.n), self._pupil_streams, self.teacher.late)
-        self.students = students(spec, seats)
+        self.students = students(spec, Seats(num_envs, states, space, self._pupil_streams, self.teacher.late))
         """The students, in arrays."""
         if episodes == 1 and not self.students.spec.forget:
             raise ValueError("a student with forget=False is for lifetimes of several episodes; give episodes")
@@ -123,7 +113,7 @@ class TeacherVectorEnv(RowsEnv):
         self.actions, self.episodes, self.announce = actions, episodes, announce
         self.cost, self.budget = self.settings.cost, self.settings.budget
         self._reward = REWARDS[reward]
-        self.lives = Lifetimes(num_envs, self.worlds.states, episodes)
+        self.lives = Lifetimes(num_envs, states, episodes)
         """The statistics of the lifetimes."""
         self.spent = np.zeros(num_envs, np.int64)
         """Atoms said in each lifetime, int64 (rows,)."""
@@ -211,12 +201,9 @@ class TeacherVectorEnv(RowsEnv):
         """The teacher's turn, then the student's; at the end of an episode the opening of the next."""
         here = self._all_rows[rows]
         wanted = self._subsets[actions]
-        said = wanted.astype(np.uint8) & self._kinds[rows]
-        if self.budget is not None:
-            left = np.clip(self.budget - self.spent[rows], 0, len(KINDS))
-            said = WITHIN[said, left]
+        left = None if self.budget is None else np.maximum(self.budget - self.spent[rows], 0)
+        said, atoms = self._spoken.say(wanted, rows, left)
         self._trimmed[rows] = wanted & ~said
-        atoms = _COUNT[said]
         self.spent[rows] += atoms
         reward = np.zeros(self.num_envs)
         reward[rows] = -self.cost * atoms
@@ -237,22 +224,18 @@ class TeacherVectorEnv(RowsEnv):
         if not len(rows):
             return
         places = self.lives.here[rows]
-        actions = self.students.act(rows, places, self.moments.reward[rows], self._heard(rows, said))
+        actions = self.students.act(rows, places, self.moments.reward[rows], self._spoken.heard(rows, said))
         self._act(actions, rows if len(rows) < self.num_envs else slice(None))
-        regret = self._best - chosen(self._values, self.moments.action)  # which they were before
+        regret = self._stakes.regret(self.moments)  # of the states before
         reward[rows] += self._reward(self.moments, regret)[rows]
         self.lives.acted(rows, regret[rows] <= NEAR)
         self.lives.arrive(rows, self.worlds.place(rows))
-
-    def _heard(self, rows: Ints, said: Ints) -> Heard:
-        """What the students of rows hear when these kinds are said."""
-        return Heard(said.astype(np.int64), self._advised[rows], self._warned[rows])
 
     def _end(self, rows: Ints, said: Ints) -> None:
         """End episodes, and begin the next ones of lifetimes that go on."""
         if self.episodes > 1:
             places, rewards = self.lives.here[rows], self.moments.reward[rows]
-            self.students.finish(rows, places, rewards, self.terminated(rows), self._heard(rows, said))
+            self.students.finish(rows, places, rewards, self.terminated(rows), self._spoken.heard(rows, said))
             self.lives.end_episode(rows, self.moments.success[rows])
         ends = (self.lives.episode[rows] == self.episodes) | (self.episodes == 1)
         self._finished[rows[ends]] = True
@@ -265,18 +248,15 @@ class TeacherVectorEnv(RowsEnv):
 
     def _observe(self) -> Any:
         moments = self.moments
-        said, _ = self._judge()
-        self._kinds, self._advised, self._warned = said.kinds, said.advised, said.warned
+        self._spoken = Spoken(self._judge()[0])
         share = np.ones(self.num_envs)
         if self.budget is not None:
             share = np.maximum(self.budget - self.spent, 0) / self.budget
-        self._values = self.oracle.values(moments.after)
-        self._best = most(self._values)
-        importance = np.minimum(self._best + most(-self._values), self.oracle.oracle.max_importance)
+        self._stakes = self.oracle.stakes(moments.after)
         paid = np.clip(moments.reward, self._low, self._high)
         observed: dict[str, npt.NDArray[Any]] = {
             "available": SUBSET_BITS.take(self._available(), axis=0),
-            "features": columns(moments.turn / self.max_turns, paid, importance, share, moments.over),
+            "features": columns(moments.turn / self.max_turns, paid, self._stakes.importance, share, moments.over),
             "action_mask": self._mask(),
         }
         self._intention = np.full(self.num_envs, -1)
@@ -286,14 +266,14 @@ class TeacherVectorEnv(RowsEnv):
             self._intention[rows] = self.students.intend(rows, self.lives.here[rows], moments.reward[rows])
         if self.episodes > 1:
             announced = self._intention >= 0
-            worth = chosen(self._values, np.maximum(self._intention, 0))
-            mistake = announced & (worth < self._best - NEAR)
+            mistake = announced & self._stakes.mistakes(np.maximum(self._intention, 0)) if self.announce else announced
             way = np.where(moments.over, 0, self.oracle.plan_length(moments.after, self.max_turns))
             observed["lifetime"] = self.lives.features(announced, mistake, way)
         return observed if self._flat is None else self._flat.of(observed, self.num_envs)
 
     def _available(self) -> Ints:
-        return self._kinds if self.budget is None else np.where(self.spent < self.budget, self._kinds, 0)
+        kinds = self._spoken.kinds
+        return kinds if self.budget is None else np.where(self.spent < self.budget, kinds, 0)
 
     def _mask(self) -> npt.NDArray[np.int8]:
         """The subsets that can be said; only silence when a lifetime is over."""

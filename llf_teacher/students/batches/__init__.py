@@ -4,10 +4,11 @@ import dataclasses
 import importlib
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import Any, Generic, NamedTuple, TypeVar
+from typing import Any, ClassVar, Generic, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
+from gymnasium import spaces
 
 from llf_teacher.students.learner import Learner, LearnerPolicy
 from llf_teacher.students.scene import Heard
@@ -29,12 +30,17 @@ class Seats(NamedTuple):
     """Number of rows."""
     states: int
     """Number of states; an observation is a state's number, from 0."""
-    actions: int
-    """Number of actions."""
+    space: spaces.Space[Any]
+    """That of the actions: a Discrete from 0, or for some students a Box of shape (n,)."""
     streams: Streams
     """The random streams of the rows, from which students draw as policies would."""
     late: int = 0
     """How many turns ago the turn was that all feedback is about."""
+
+    @property
+    def actions(self) -> int:
+        """Number of actions of a Discrete."""
+        return int(self.space.n)  # type: ignore[attr-defined]
 
 
 class StudentBatch(ABC, Generic[S]):
@@ -45,9 +51,14 @@ class StudentBatch(ABC, Generic[S]):
         seats: where they play.
     """
 
+    discrete: ClassVar[bool] = True
+    """Whether actions are numbers; otherwise they are points of a box."""
+
     def __init__(self, spec: S, seats: Seats) -> None:
         self.spec = spec
-        self.rows, self.states, self.actions, self.streams, self.late = seats
+        self.rows, self.states, _, self.streams, self.late = seats
+        if self.discrete:
+            self.actions = seats.actions
         self._drawn: dict[str, npt.NDArray[Any]] = {}
 
     def enrol(self, rows: Ints, drawn: Mapping[str, npt.NDArray[Any]]) -> None:
@@ -204,7 +215,7 @@ def students(spec: Student, seats: Seats) -> StudentBatch[Any]:
     """Students in arrays.
 
     Raises:
-        ValueError: the student or one of its traits has no form in arrays.
+        ValueError: the student or one of its traits has no form in arrays, or none for such actions.
     """
     from llf_teacher.students.batches.traited import TraitedBatch
     from llf_teacher.students.parsing import STUDENTS, TRAITS
@@ -219,8 +230,15 @@ def students(spec: Student, seats: Seats) -> StudentBatch[Any]:
             able = ", ".join(name for name in TRAITS.names if TRAITS[name].in_arrays())
             raise ValueError(f"the trait {trait} cannot play in arrays; allowed: {able}; TeacherEnv takes any trait")
     module = importlib.import_module(f"{__name__}.{bare.name}")
-    batch: StudentBatch[Any] = getattr(module, bare.batch)(bare, seats)
-    return TraitedBatch(spec, traits, batch, seats) if traits else batch
+    batch: type[StudentBatch[Any]] = getattr(module, bare.batch)
+    if batch.discrete != isinstance(seats.space, spaces.Discrete):
+        needed = "discrete actions" if batch.discrete else "actions in a box"
+        raise ValueError(
+            f"in arrays the student {bare} needs {needed}, got {seats.space}; TeacherEnv takes any student"
+        )
+    if traits and not batch.discrete:
+        raise ValueError(f"in arrays traits need discrete actions, got {spec}; TeacherEnv takes any student")
+    return TraitedBatch(spec, traits, batch(bare, seats), seats) if traits else batch(bare, seats)
 
 
 def _in_arrays(cls: type[Student]) -> bool:

@@ -35,3 +35,4 @@ class Obedient(Believer):
 
     reads = "atoms"
     policy = _Policy
+    batch = "ObedientBatch"

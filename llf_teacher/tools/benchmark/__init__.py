@@ -1,6 +1,6 @@
 """Benchmarks: each kind of work runs in its own process, and those that are compared take turns on fresh episodes."""
 
 from llf_teacher.tools.benchmark.speed import Speed, compare_speed
-from llf_teacher.tools.benchmark.timings import forms, imports, seats, simple_families, steps, worlds
+from llf_teacher.tools.benchmark.timings import RUNS, forms, imports, seats, simple_families, steps, worlds
 
-__all__ = ["Speed", "compare_speed", "forms", "imports", "seats", "simple_families", "steps", "worlds"]
+__all__ = ["RUNS", "Speed", "compare_speed", "forms", "imports", "seats", "simple_families", "steps", "worlds"]

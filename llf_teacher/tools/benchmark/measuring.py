@@ -5,9 +5,10 @@ import os
 import pickle
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import count, islice
 from pathlib import Path
+from statistics import median
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -149,6 +150,23 @@ def measure(
         for each in players.values():
             each.close()
     return {name: Measured(each[1:]) for name, each in times.items()}
+
+
+Runs = Sequence[Mapping[str, Measured]]
+"""What was measured in each run, by the names of the work."""
+
+
+def measure_runs(
+    calls: Mapping[str, tuple[Call, Path | None]], scripts: Mapping[str, Sequence[Sequence[Script]]], runs: int
+) -> Runs:
+    """Measure in several runs, in new processes each time: two processes of the same code can differ by a third."""
+    return [measure(calls, scripts) for _ in range(runs)]
+
+
+def spread(figures: Sequence[float], form: Callable[[float], str] = "{:.2f}".format) -> str:
+    """The median of the runs' figures; of several with their range, as in "1.60 (1.52 to 2.01)"."""
+    low, middle, high = (form(each(figures)) for each in (min, median, max))
+    return middle if low == high else f"{middle} ({low} to {high})"
 
 
 def ratio(new: Measured, old: Measured) -> Ratio:

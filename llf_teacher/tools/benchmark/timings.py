@@ -1,4 +1,7 @@
-"""The tables of `llf dev benchmark`: in each row fresh work and what it is compared with, measured in one run."""
+"""The tables of `llf dev benchmark`: in each row fresh work and what it is compared with, measured in the same runs.
+
+A figure is the median of the runs, with the lowest and the highest in brackets where it is a mean CPU time or a ratio.
+"""
 
 import os
 import resource
@@ -15,7 +18,7 @@ from gymnasium.spaces import Discrete
 from rich.table import Table
 
 from llf_teacher.registry import PREFIX
-from llf_teacher.tools.benchmark.measuring import BLOCKS, Call, Measured, Writer, measure
+from llf_teacher.tools.benchmark.measuring import BLOCKS, Call, Runs, Writer, measure_runs, spread
 from llf_teacher.tools.benchmark.player import Script
 from pz_envs.family import Family, all_families
 
@@ -27,6 +30,8 @@ _STEPS_OF_ORIGINALS = 100
 _CLASSES = (1, 8, 64)
 _BASE = "gymnasium, pettingzoo"
 _TIMES = "CPU us", "wall us", "median", "99 %"
+RUNS = 5
+"""Number of runs of a table."""
 Progress = Callable[[str], None]
 """Called with the name of the work that comes next."""
 
@@ -52,7 +57,7 @@ def _tries(steps: int) -> list[list[Script]]:
     ]
 
 
-def steps(families: Sequence[Family], progress: Progress) -> Table:
+def steps(families: Sequence[Family], progress: Progress, runs: int = RUNS) -> Table:
     """Steps of `make(...)` with all feedback and with none, beside FrozenLake's; ratios are of CPU time.
 
     `teaching` is the share of a step that goes into feedback. `fast` is the ratio of a step with all feedback and the
@@ -72,23 +77,21 @@ def steps(families: Sequence[Family], progress: Progress) -> Table:
             if family.compiled and find_spec("numba"):
                 calls["fast"] = Call("student", (id, "a"), compiled=True)
             scripts = dict.fromkeys(calls, blocks) | {"lake": _tries(_STEPS)}
-            found = measure({name: (call, None) for name, call in calls.items()}, scripts)
-            lake, taught, silent = found["lake"], found["all"], found["none"]
+            found = measure_runs({name: (call, None) for name, call in calls.items()}, scripts, runs)
             table.add_row(
                 id,
                 name,
-                *_times(taught),
-                f"{taught.cpu / lake.cpu:.2f}",
-                f"{found['fast'].cpu / lake.cpu:.2f}" if "fast" in found else "",
-                f"{silent.cpu / lake.cpu:.2f}",
-                f"{1 - silent.cpu / taught.cpu:.0%}",
-                _us(taught.reset),
-                f"{taught.peak:.0f}",
+                *_times(found, "all"),
+                _ratio(found, "all", "lake"),
+                _ratio(found, "fast", "lake") if "fast" in calls else "",
+                _ratio(found, "none", "lake"),
+                _teaching(found),
+                *_resets(found, "all"),
             )
     return table
 
 
-def worlds(families: Sequence[Family], progress: Progress) -> Table:
+def worlds(families: Sequence[Family], progress: Progress, runs: int = RUNS) -> Table:
     """Steps of bare worlds, beside the environments of other packages that they reimplement."""
     table = _table("Worlds, random actions", ("environment",), "CPU, us", "the original's, us", "ratio")
     for family in families:
@@ -98,13 +101,13 @@ def worlds(families: Sequence[Family], progress: Progress) -> Table:
         if family.make_world(**family.environments[family.showcase[0]]).original([], 0) is not None:
             calls["original"] = Call("original", (id,)), None
         blocks = blocks_of(id, "random", steps_of(family, _STEPS_OF_ORIGINALS))
-        found = measure(calls, dict.fromkeys(calls, blocks))
-        bare, other = found["world"].cpu, found.get("original")
-        table.add_row(id, _us(bare), _us(other.cpu) if other else "", f"{bare / other.cpu:.3f}" if other else "")
+        found = measure_runs(calls, dict.fromkeys(calls, blocks), runs)
+        other = (_cpu(found, "original"), _ratio(found, "world", "original", "{:.3f}")) if "original" in calls else ()
+        table.add_row(id, _cpu(found, "world"), *other)
     return table
 
 
-def seats(families: Sequence[Family], progress: Progress) -> Table:
+def seats(families: Sequence[Family], progress: Progress, runs: int = RUNS) -> Table:
     """Turns of the bare AEC environments with all feedback, beside PettingZoo's tictactoe."""
     table = _table(
         'Seats, speech="kinds"', ("raw_env", "actions"), *_TIMES, "tictactoe / this", "teaching", "reset us", "peak MB"
@@ -119,16 +122,14 @@ def seats(families: Sequence[Family], progress: Progress) -> Table:
                 "none": Call("seats", (id, "raw_env", 0, True)),
             }
             scripts = dict.fromkeys(calls, blocks_of(id, student, steps_of(family))) | {"tictactoe": _tries(_STEPS)}
-            found = measure({key: (call, None) for key, call in calls.items()}, scripts)
-            taught, silent = found["all"], found["none"]
+            found = measure_runs({key: (call, None) for key, call in calls.items()}, scripts, runs)
             table.add_row(
                 id,
                 name,
-                *_times(taught),
-                f"{found['tictactoe'].cpu / taught.cpu:.2f}",
-                f"{1 - silent.cpu / taught.cpu:.0%}",
-                _us(taught.reset),
-                f"{taught.peak:.0f}",
+                *_times(found, "all"),
+                _ratio(found, "tictactoe", "all"),
+                _teaching(found),
+                *_resets(found, "all"),
             )
     return table
 
@@ -139,7 +140,7 @@ def simple_families() -> list[Family]:
     return [family for family, space in spaces if isinstance(space, Discrete)]
 
 
-def forms(progress: Progress) -> Table:
+def forms(progress: Progress, runs: int = RUNS) -> Table:
     """Turns of every form of the seats, in families with finitely many actions, whose worlds cost least.
 
     A turn is one of a teacher or of a student; a step of a Gymnasium environment has one of each. In a classroom the
@@ -163,27 +164,20 @@ def forms(progress: Progress) -> Table:
             **{f"ClassroomEnv({n})": Call("seats", (id, "raw_env", n)) for n in _CLASSES},
         }
         blocks = dict.fromkeys(calls, blocks_of(id, student, _STEPS)) | {"tictactoe": _tries(_STEPS)}
-        found = measure({form: (call, None) for form, call in calls.items()}, blocks)
-        seconds = {form: _turn(form, each) for form, each in found.items()}
-        for form, each in seconds.items():
+        found = measure_runs({form: (call, None) for form, call in calls.items()}, blocks, runs)
+        for form in calls:
             if form != "tictactoe":
-                per = f"{each / seconds[f'ClassroomEnv({_CLASSES[0]})']:.2f}" if "Classroom" in form else ""
+                turns = 2 if form in ("StudentEnv", "TeacherEnv") else 1
                 table.add_row(
                     f"{family.showcase[0]} {form}",
                     name,
-                    _us(each),
-                    *_times(found[form])[1:],
-                    f"{seconds['tictactoe'] / each:.2f}",
-                    per,
-                    _us(found[form].reset),
-                    f"{found[form].peak:.0f}",
+                    spread([each[form].cpu / turns for each in found], _us),
+                    *_times(found, form)[1:],
+                    spread([each["tictactoe"].cpu / each[form].cpu * turns for each in found]),
+                    _ratio(found, form, f"ClassroomEnv({_CLASSES[0]})") if "Classroom" in form else "",
+                    *_resets(found, form),
                 )
     return table
-
-
-def _turn(form: str, measured: Measured) -> float:
-    """CPU seconds of a turn; a step of a Gymnasium environment has two."""
-    return measured.cpu / (2 if form in ("StudentEnv", "TeacherEnv") else 1)
 
 
 def imports(progress: Progress) -> Table:
@@ -213,14 +207,31 @@ def _cpu_of_children() -> float:
     return used.ru_utime + used.ru_stime
 
 
-def _times(found: Measured) -> tuple[str, str, str, str]:
+def _cpu(found: Runs, name: str) -> str:
+    """The mean CPU time of a step."""
+    return spread([each[name].cpu for each in found], _us)
+
+
+def _times(found: Runs, name: str) -> tuple[str, str, str, str]:
     """Cells: mean CPU time of a step, then its mean, median and 99th percentile of wall time."""
-    return (
-        _us(found.cpu),
-        _us(float(np.mean(found.steps))),
-        _us(median(found.steps)),
-        _us(float(np.quantile(found.steps, 0.99))),
-    )
+    steps = [each[name].steps for each in found]
+    mean, middle, slow = zip(*((np.mean(run), np.median(run), np.quantile(run, 0.99)) for run in steps), strict=True)
+    return _cpu(found, name), _us(median(mean)), _us(median(middle)), _us(median(slow))
+
+
+def _resets(found: Runs, name: str) -> tuple[str, str]:
+    """Cells: wall time of a reset, and peak memory in MB."""
+    return _us(median(each[name].reset for each in found)), f"{median(each[name].peak for each in found):.0f}"
+
+
+def _ratio(found: Runs, name: str, other: str, form: str = "{:.2f}") -> str:
+    """The CPU time of a step divided by that of another kind of work in the same run."""
+    return spread([each[name].cpu / each[other].cpu for each in found], form.format)
+
+
+def _teaching(found: Runs) -> str:
+    """The share of a step that goes into feedback."""
+    return f"{median(1 - each['none'].cpu / each['all'].cpu for each in found):.0%}"
 
 
 def _us(seconds: float) -> str:
