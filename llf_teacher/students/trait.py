@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from llf_teacher.students import traits
-from llf_teacher.students.scene import BareSentence, Floats, Heard, HeardTurn, Recovery, Scene, SceneBatch
+from llf_teacher.students.scene import BareSentence, Floats, HeardBatch, HeardTurn, Recovery, Scene, SceneBatch
 from llf_teacher.students.student import TAUGHT, ModelReply, Policy, Student
 from pz_envs.subject import Subject
 from teachers.atoms import SILENCE, ActionClaim, Atom, Claim, PlanClaim, Utterance
@@ -72,7 +72,7 @@ class Trait(Spec):
 
     # The same in arrays, which a class overrides beside those; see `llf_teacher.students.batches.traited`.
 
-    def hear_rows(self, heard: Heard, scene: SceneBatch) -> Heard:
+    def hear_rows(self, heard: HeardBatch, scene: SceneBatch) -> HeardBatch:
         """What is heard in the rows of a scene."""
         return heard
 

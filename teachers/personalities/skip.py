@@ -50,7 +50,8 @@ class Skip(Personality):
         turns, total = turns + 1, total + most(values) + most(-values)
         worth = chosen(values, moments.action) + most(-values)
         memory[acted] = np.column_stack((turns, total, worth))[acted]
-        return kinds * ~(acted & (np.maximum(earlier, worth) < self.eps * total / turns * _BELOW))
+        silent = acted & (np.maximum(earlier, worth) < self.eps * total / turns * _BELOW)
+        return np.where(silent, np.uint8(0), kinds)
 
 
 _BELOW = 1 - 1e-9  # equal within rounding is not below

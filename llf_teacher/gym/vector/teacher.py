@@ -13,9 +13,10 @@ from llf_teacher.gym.lifetime import NEAR
 from llf_teacher.gym.teacher_env import TeacherEnv
 from llf_teacher.gym.vector.lifetimes import Lifetimes, columns
 from llf_teacher.gym.vector.rows import SHOWN, RowsEnv
-from llf_teacher.students.batches import LearnerBatch, Seats, students
+from llf_teacher.students.batches import LearnerBatch, Seats
+from llf_teacher.students.batches.traited import students
 from llf_teacher.students.parsing import parse_student
-from llf_teacher.students.scene import Heard
+from llf_teacher.students.scene import HeardBatch
 from llf_teacher.students.student import Student, frozen
 from llf_teacher.students.variation import check_vary, draw_student, is_integer_range
 from pz_envs.settings import FIELDS, Settings, SettingsKeywords, check_flags, takes_settings
@@ -244,9 +245,9 @@ class TeacherVectorEnv(RowsEnv):
         self.lives.acted(rows, regret[rows] <= NEAR)
         self.lives.arrive(rows, self.worlds.place(rows))
 
-    def _heard(self, rows: Ints, said: Ints) -> Heard:
+    def _heard(self, rows: Ints, said: Ints) -> HeardBatch:
         """What the students of rows hear when these kinds are said."""
-        return Heard(said.astype(np.int64), self._advised[rows], self._warned[rows])
+        return HeardBatch(said.astype(np.int64), self._advised[rows], self._warned[rows])
 
     def _end(self, rows: Ints, said: Ints) -> None:
         """End episodes, and begin the next ones of lifetimes that go on."""

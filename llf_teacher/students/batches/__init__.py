@@ -1,7 +1,6 @@
 """Students in arrays: many of one kind, a row each; each kind in the module of its name."""
 
 import dataclasses
-import importlib
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import Any, Generic, NamedTuple, TypeVar
@@ -10,11 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from llf_teacher.students.learner import Learner, LearnerPolicy
-from llf_teacher.students.scene import Heard
+from llf_teacher.students.scene import HeardBatch
 from llf_teacher.students.student import Policy, Student
 from teachers.atoms import FN, FP
 from teachers.session import BIT
-from teachers.spec import fits
 from worlds.batches import Bools, Floats, Ints, Rows
 from worlds.batches.streams import Streams
 
@@ -102,7 +100,7 @@ class StudentBatch(ABC, Generic[S]):
         """Begin an episode with what is remembered."""
 
     @abstractmethod
-    def act(self, rows: Ints, places: Ints, rewards: Floats, heard: Heard) -> Ints:
+    def act(self, rows: Ints, places: Ints, rewards: Floats, heard: HeardBatch) -> Ints:
         """The actions of rows.
 
         Args:
@@ -117,7 +115,7 @@ class StudentBatch(ABC, Generic[S]):
         """Note the actions of a turn; a second call in a turn replaces the first."""
 
     @abstractmethod
-    def finish(self, rows: Ints, places: Ints, rewards: Floats, terminated: Bools, heard: Heard) -> None:
+    def finish(self, rows: Ints, places: Ints, rewards: Floats, terminated: Bools, heard: HeardBatch) -> None:
         """Learn from the end of an episode; arguments as of `act`, and whether the states are terminal."""
 
     @abstractmethod
@@ -159,7 +157,7 @@ class LearnerBatch(StudentBatch[Learner]):
         meant: Ints = self.meant[rows]
         return meant
 
-    def act(self, rows: Ints, places: Ints, rewards: Floats, heard: Heard) -> Ints:
+    def act(self, rows: Ints, places: Ints, rewards: Floats, heard: HeardBatch) -> Ints:
         """The intended actions, or the advised ones, unless the advice is late."""
         actions = self.intend(rows, places, rewards)
         kinds, advised, warned = heard
@@ -178,7 +176,7 @@ class LearnerBatch(StudentBatch[Learner]):
         self.take(rows, places, actions)
         return actions
 
-    def finish(self, rows: Ints, places: Ints, rewards: Floats, terminated: Bools, heard: Heard) -> None:
+    def finish(self, rows: Ints, places: Ints, rewards: Floats, terminated: Bools, heard: HeardBatch) -> None:
         """Learn from the last action of an episode."""
         acted = self._acted[rows]
         self.learn(rows[acted], places[acted], rewards[acted], terminated[acted])
@@ -198,30 +196,3 @@ class LearnerBatch(StudentBatch[Learner]):
     @abstractmethod
     def choose(self, rows: Ints, places: Ints, wrong: Ints | None = None) -> Ints:
         """`LearnerPolicy.choose`, with at most one wrong action in each row."""
-
-
-def students(spec: Student, seats: Seats) -> StudentBatch[Any]:
-    """Students in arrays.
-
-    Raises:
-        ValueError: the student or one of its traits has no form in arrays.
-    """
-    from llf_teacher.students.batches.traited import TraitedBatch
-    from llf_teacher.students.parsing import STUDENTS, TRAITS
-    from llf_teacher.students.trait import traits_of
-
-    bare, traits = traits_of(spec)
-    if not _in_arrays(type(bare)):
-        able = ", ".join(name for name in STUDENTS.names if _in_arrays(STUDENTS[name]))
-        raise ValueError(f"the student {bare} cannot play in arrays; allowed: {able}; TeacherEnv takes any student")
-    for trait in traits:
-        if not trait.in_arrays():
-            able = ", ".join(name for name in TRAITS.names if TRAITS[name].in_arrays())
-            raise ValueError(f"the trait {trait} cannot play in arrays; allowed: {able}; TeacherEnv takes any trait")
-    module = importlib.import_module(f"{__name__}.{bare.name}")
-    batch: StudentBatch[Any] = getattr(module, bare.batch)(bare, seats)
-    return TraitedBatch(spec, traits, batch, seats) if traits else batch
-
-
-def _in_arrays(cls: type[Student]) -> bool:
-    return cls.batch != "" and fits(cls, "batch", "policy")

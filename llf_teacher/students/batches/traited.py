@@ -1,15 +1,19 @@
 """Students with traits in arrays."""
 
+import importlib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from llf_teacher.students import batches
 from llf_teacher.students.batches import Seats, StudentBatch
-from llf_teacher.students.scene import Heard, SceneBatch
+from llf_teacher.students.parsing import STUDENTS, TRAITS
+from llf_teacher.students.scene import HeardBatch, SceneBatch
 from llf_teacher.students.student import Policy, Student
-from llf_teacher.students.trait import Trait
+from llf_teacher.students.trait import Trait, traits_of
+from teachers.spec import fits
 from worlds.batches import Bools, Floats, Ints
 from worlds.batches.streams import Streams
 
@@ -57,7 +61,7 @@ class TraitedBatch(StudentBatch[Student]):
         for number, (_, scene) in enumerate(self._parts):
             scene.streams.states[rows] = self.streams.beside(1 + number, rows)  # the first is for words
 
-    def act(self, rows: Ints, places: Ints, rewards: Floats, heard: Heard) -> Ints:
+    def act(self, rows: Ints, places: Ints, rewards: Floats, heard: HeardBatch) -> Ints:
         """The actions after all traits."""
         self._forget(rows[self._turns[rows] > 0])
         actions = self.inner.act(rows, places, rewards, self._through(rows, heard))
@@ -78,7 +82,7 @@ class TraitedBatch(StudentBatch[Student]):
             self.inner.renew(anew)
             self._since[anew] = self._turns[anew]
 
-    def _through(self, rows: Ints, heard: Heard) -> Heard:
+    def _through(self, rows: Ints, heard: HeardBatch) -> HeardBatch:
         """What is heard after the traits."""
         for trait, scene in self._parts:
             scene.rows = rows
@@ -90,7 +94,7 @@ class TraitedBatch(StudentBatch[Student]):
         self._last[rows] = actions
         self.inner.take(rows, places, actions)
 
-    def finish(self, rows: Ints, places: Ints, rewards: Floats, terminated: Bools, heard: Heard) -> None:
+    def finish(self, rows: Ints, places: Ints, rewards: Floats, terminated: Bools, heard: HeardBatch) -> None:
         """The students hear the last words through their traits, too."""
         self.inner.finish(rows, places, rewards, terminated, self._through(rows, heard))
 
@@ -100,3 +104,26 @@ class TraitedBatch(StudentBatch[Student]):
         self.inner.teach(policy.inner, row, turn - since, seen, here)  # type: ignore[attr-defined]  # of traits
         streams = [scene.streams.stream(row) for _, scene in self._parts]
         policy.resume_at(turn, since, int(self._last[row]), streams)  # type: ignore[attr-defined]  # likewise
+
+
+def students(spec: Student, seats: Seats) -> StudentBatch[Any]:
+    """Students in arrays.
+
+    Raises:
+        ValueError: the student or one of its traits has no form in arrays.
+    """
+    bare, traits = traits_of(spec)
+    if not _in_arrays(type(bare)):
+        able = ", ".join(name for name in STUDENTS.names if _in_arrays(STUDENTS[name]))
+        raise ValueError(f"the student {bare} cannot play in arrays; allowed: {able}; TeacherEnv takes any student")
+    for trait in traits:
+        if not trait.in_arrays():
+            able = ", ".join(name for name in TRAITS.names if TRAITS[name].in_arrays())
+            raise ValueError(f"the trait {trait} cannot play in arrays; allowed: {able}; TeacherEnv takes any trait")
+    module = importlib.import_module(f"{batches.__name__}.{bare.name}")
+    batch: StudentBatch[Any] = getattr(module, bare.batch)(bare, seats)
+    return TraitedBatch(spec, traits, batch, seats) if traits else batch
+
+
+def _in_arrays(cls: type[Student]) -> bool:
+    return cls.batch != "" and fits(cls, "batch", "policy")
