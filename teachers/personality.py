@@ -128,7 +128,8 @@ class Personality(Spec):
     @classmethod
     def in_arrays(cls) -> bool:
         """Whether it has a form in arrays."""
-        return True in (cls.mute, cls.transparent) or fits(cls, "stage", "speak_rows")
+        always: tuple[Any, ...] = cls.mute, cls.transparent
+        return True in always or fits(cls, "stage", "speak_rows")
 
     def __or__(self, after: "Personality") -> "Pipeline":
         """A pipeline of both, in which the second gets the claims that the first passes on; the order matters.

@@ -78,7 +78,7 @@ class Scene:
         return to_json(action) if self._text and not isinstance(action, str) else action
 
 
-class Heard(NamedTuple):
+class HeardBatch(NamedTuple):
     """What students hear in arrays, a row each."""
 
     kinds: Ints

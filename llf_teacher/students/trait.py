@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from llf_teacher.students import traits
-from llf_teacher.students.scene import BareSentence, Floats, Heard, HeardTurn, Recovery, Scene, SceneBatch
+from llf_teacher.students.scene import BareSentence, Floats, HeardBatch, HeardTurn, Recovery, Scene, SceneBatch
 from llf_teacher.students.student import TAUGHT, ModelReply, Policy, Student
 from pz_envs.subject import Subject
 from teachers.atoms import SILENCE, ActionClaim, Atom, Claim, PlanClaim, Utterance
@@ -72,7 +72,7 @@ class Trait(Spec):
 
     # The same in arrays, which a class overrides beside those; see `llf_teacher.students.batches.traited`.
 
-    def hear_rows(self, heard: Heard, scene: SceneBatch) -> Heard:
+    def hear_rows(self, heard: HeardBatch, scene: SceneBatch) -> HeardBatch:
         """What is heard in the rows of a scene."""
         return heard
 
@@ -142,16 +142,18 @@ class _Policy(Policy["Traited"]):
             scene.turn = self._turn
         self.inner.finish(*self._heard(observation, info), terminated)
 
-    def resume_at(self, turn: int, since: int, last: Any, streams: Sequence[Stream]) -> None:
+    def resume_at(self, turn: int, since: int, asked: int, last: Any, streams: Sequence[Stream]) -> None:
         """Continue in the middle of an episode.
 
         Args:
             turn: number of turns so far.
             since: the turn before which it last forgot, else 0.
+            asked: the turn in which traits were asked last whether they forget, else 0.
             last: the action of the last turn.
             streams: one for each trait.
         """
         self._turn, self._since, self.rng = turn, since, self.inner.rng
+        self._asked, self._anew = asked, 0 < since == asked
         for scene, stream in zip(self._scenes, streams, strict=True):
             scene.last, scene.rng = last, stream
 

@@ -46,7 +46,7 @@ class TeacherBatch:
         ]
         self.late = sum(min(stage.row_delay, never) for stage in stages)
         """How many turns ago the turn was that everything said is about."""
-        self.past = max_turns if self._stages else 0
+        self.past = max_turns if any(table.size for _, table in self._stages) else 0
         """How many earlier moments of an episode a scalar teacher needs to go on alike."""
         self._kinds: Kinds = np.zeros(rows, np.uint8)
 

@@ -170,7 +170,6 @@ LIVES_OF_OTHERS = {
     "student": st.sampled_from(STUDENTS),
     "teacher": st.sampled_from(TEACHERS),
     "feedback_type": st.sampled_from(["a", "a", "hp+hn", "fp+fn"]),
-    "announce": st.just(False),
     "vary": st.just({}),
 }
 for name in ("trust", "forget"):
@@ -178,8 +177,10 @@ for name in ("trust", "forget"):
 
 
 def lived_by_others(life):
-    """The arguments of `check_lifetimes`; what is remembered needs several episodes."""
-    return {**life, "episodes": max(life["episodes"], 1 + ("forget=False" in life["student"]))}
+    """The arguments of `check_lifetimes`; what is remembered needs several episodes, and only learners announce."""
+    announces = life["announce"] and life["student"].startswith(("q_learning", "ucb"))
+    episodes = max(life["episodes"], 1 + ("forget=False" in life["student"]))
+    return {**life, "announce": announces, "episodes": episodes}
 
 
 @pytest.mark.parametrize("student", STUDENTS)

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from llf_teacher.gym.lifetime import EPISODE_RATE, HALF, TURN_RATE
-from llf_teacher.students.scene import Heard
+from llf_teacher.students.scene import HeardBatch
 from pz_envs.teacher_view import SUBSET_BITS
 from teachers.atoms import HN, HP, KINDS
 from teachers.batches import Said
@@ -125,9 +125,9 @@ class Spoken:
             numbers = np.clip(left[:, None] - (numbers.cumsum(1) - numbers), 0, numbers)
         return (numbers > 0) @ _BITS, numbers.sum(1)
 
-    def heard(self, rows: Ints, said: Ints) -> Heard:
+    def heard(self, rows: Ints, said: Ints) -> HeardBatch:
         """What students hear when these kinds are said: hp and hn only if they name the action."""
-        return Heard(said.astype(np.int64) & self._naming[rows], self.advised[rows], self.warned[rows])
+        return HeardBatch(said.astype(np.int64) & self._naming[rows], self.advised[rows], self.warned[rows])
 
 
 _BITS = np.array([BIT[kind] for kind in KINDS], np.uint8)

@@ -12,7 +12,8 @@ from llf_teacher.gym.lifetime import NEAR
 from llf_teacher.gym.teacher_env import TeacherEnv
 from llf_teacher.gym.vector.lifetimes import Lifetimes, Spoken, columns
 from llf_teacher.gym.vector.rows import SHOWN, RowsEnv
-from llf_teacher.students.batches import LearnerBatch, Seats, students
+from llf_teacher.students.batches import Seats
+from llf_teacher.students.batches.traited import students
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import Student, frozen
 from llf_teacher.students.variation import check_vary, draw_student, is_integer_range
@@ -261,7 +262,6 @@ class TeacherVectorEnv(RowsEnv):
         }
         self._intention = np.full(self.num_envs, -1)
         if self.announce:
-            assert isinstance(self.students, LearnerBatch)  # noqa: S101  # or the scalar student announces nothing
             rows = np.flatnonzero(~moments.over)
             self._intention[rows] = self.students.intend(rows, self.lives.here[rows], moments.reward[rows])
         if self.episodes > 1:

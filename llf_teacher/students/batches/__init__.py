@@ -1,7 +1,6 @@
 """Students in arrays: many of one kind, a row each; each kind in the module of its name."""
 
 import dataclasses
-import importlib
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Generic, NamedTuple, TypeVar
@@ -11,11 +10,10 @@ import numpy.typing as npt
 from gymnasium import spaces
 
 from llf_teacher.students.learner import Learner, LearnerPolicy
-from llf_teacher.students.scene import Heard
+from llf_teacher.students.scene import HeardBatch
 from llf_teacher.students.student import Policy, Student
 from teachers.atoms import FN, FP
 from teachers.session import BIT
-from teachers.spec import fits
 from worlds.batches import Bools, Floats, Ints, Rows
 from worlds.batches.streams import Streams
 
@@ -112,8 +110,12 @@ class StudentBatch(ABC, Generic[S]):
     def start(self, rows: Ints) -> None:
         """Begin an episode with what is remembered."""
 
+    def intend(self, rows: Ints, places: Ints, rewards: Floats) -> Ints:
+        """The actions that rows announce; arguments as of `act`. Only learners announce any."""
+        raise TypeError(f"{self.spec} announces nothing")
+
     @abstractmethod
-    def act(self, rows: Ints, places: Ints, rewards: Floats, heard: Heard) -> Ints:
+    def act(self, rows: Ints, places: Ints, rewards: Floats, heard: HeardBatch) -> Ints:
         """The actions of rows.
 
         Args:
@@ -128,7 +130,7 @@ class StudentBatch(ABC, Generic[S]):
         """Note the actions of a turn; a second call in a turn replaces the first."""
 
     @abstractmethod
-    def finish(self, rows: Ints, places: Ints, rewards: Floats, terminated: Bools, heard: Heard) -> None:
+    def finish(self, rows: Ints, places: Ints, rewards: Floats, terminated: Bools, heard: HeardBatch) -> None:
         """Learn from the end of an episode; arguments as of `act`, and whether the states are terminal."""
 
     @abstractmethod
@@ -170,7 +172,7 @@ class LearnerBatch(StudentBatch[Learner]):
         meant: Ints = self.meant[rows]
         return meant
 
-    def act(self, rows: Ints, places: Ints, rewards: Floats, heard: Heard) -> Ints:
+    def act(self, rows: Ints, places: Ints, rewards: Floats, heard: HeardBatch) -> Ints:
         """The intended actions, or the advised ones, unless the advice is late."""
         actions = self.intend(rows, places, rewards)
         kinds, advised, warned = heard
@@ -189,7 +191,7 @@ class LearnerBatch(StudentBatch[Learner]):
         self.take(rows, places, actions)
         return actions
 
-    def finish(self, rows: Ints, places: Ints, rewards: Floats, terminated: Bools, heard: Heard) -> None:
+    def finish(self, rows: Ints, places: Ints, rewards: Floats, terminated: Bools, heard: HeardBatch) -> None:
         """Learn from the last action of an episode."""
         acted = self._acted[rows]
         self.learn(rows[acted], places[acted], rewards[acted], terminated[acted])
@@ -209,37 +211,3 @@ class LearnerBatch(StudentBatch[Learner]):
     @abstractmethod
     def choose(self, rows: Ints, places: Ints, wrong: Ints | None = None) -> Ints:
         """`LearnerPolicy.choose`, with at most one wrong action in each row."""
-
-
-def students(spec: Student, seats: Seats) -> StudentBatch[Any]:
-    """Students in arrays.
-
-    Raises:
-        ValueError: the student or one of its traits has no form in arrays, or none for such actions.
-    """
-    from llf_teacher.students.batches.traited import TraitedBatch
-    from llf_teacher.students.parsing import STUDENTS, TRAITS
-    from llf_teacher.students.trait import traits_of
-
-    bare, traits = traits_of(spec)
-    if not _in_arrays(type(bare)):
-        able = ", ".join(name for name in STUDENTS.names if _in_arrays(STUDENTS[name]))
-        raise ValueError(f"the student {bare} cannot play in arrays; allowed: {able}; TeacherEnv takes any student")
-    for trait in traits:
-        if not trait.in_arrays():
-            able = ", ".join(name for name in TRAITS.names if TRAITS[name].in_arrays())
-            raise ValueError(f"the trait {trait} cannot play in arrays; allowed: {able}; TeacherEnv takes any trait")
-    module = importlib.import_module(f"{__name__}.{bare.name}")
-    batch: type[StudentBatch[Any]] = getattr(module, bare.batch)
-    if batch.discrete != isinstance(seats.space, spaces.Discrete):
-        needed = "discrete actions" if batch.discrete else "actions in a box"
-        raise ValueError(
-            f"in arrays the student {bare} needs {needed}, got {seats.space}; TeacherEnv takes any student"
-        )
-    if traits and not batch.discrete:
-        raise ValueError(f"in arrays traits need discrete actions, got {spec}; TeacherEnv takes any student")
-    return TraitedBatch(spec, traits, batch(bare, seats), seats) if traits else batch(bare, seats)
-
-
-def _in_arrays(cls: type[Student]) -> bool:
-    return cls.batch != "" and fits(cls, "batch", "policy")

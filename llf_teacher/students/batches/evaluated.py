@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from llf_teacher.students.batches import Seats, StudentBatch
 from llf_teacher.students.evaluated import Evaluated, EvaluatedPolicy
-from llf_teacher.students.scene import Heard
+from llf_teacher.students.scene import HeardBatch
 from llf_teacher.students.student import Policy
 from teachers.atoms import HN, HP
 from teachers.session import BIT
@@ -29,7 +29,7 @@ class EvaluatedBatch(StudentBatch[Evaluated]):
         """Begin an episode with what is remembered."""
         self._count[rows] = 0
 
-    def act(self, rows: Ints, places: Ints, rewards: Floats, heard: Heard) -> Ints:
+    def act(self, rows: Ints, places: Ints, rewards: Floats, heard: HeardBatch) -> Ints:
         """Learn from the evaluation of earlier actions, then choose the next."""
         self._evaluate(rows, heard.kinds)
         actions = self.choose(rows, places)
@@ -41,7 +41,7 @@ class EvaluatedBatch(StudentBatch[Evaluated]):
         """Note the actions of a turn."""
         self._steps[rows, (self._count[rows] - 1) % self._depth] = places * self.actions + actions
 
-    def finish(self, rows: Ints, places: Ints, rewards: Floats, terminated: Bools, heard: Heard) -> None:
+    def finish(self, rows: Ints, places: Ints, rewards: Floats, terminated: Bools, heard: HeardBatch) -> None:
         """Learn from the evaluation of the last actions."""
         self._evaluate(rows, heard.kinds)
         self._count[rows] = 0

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from llf_teacher.students.batches import Seats, StudentBatch
 from llf_teacher.students.builtin.obedient import Obedient
-from llf_teacher.students.scene import Heard
+from llf_teacher.students.scene import HeardBatch
 from llf_teacher.students.student import Policy
 from teachers.atoms import FN, FP, HN, HP
 from teachers.session import BIT
@@ -46,7 +46,7 @@ class ObedientBatch(StudentBatch[Obedient]):
         """Begin an episode with what is remembered."""
         self._acted[rows] = False
 
-    def act(self, rows: Ints, places: Ints, rewards: Floats, heard: Heard) -> npt.NDArray[Any]:
+    def act(self, rows: Ints, places: Ints, rewards: Floats, heard: HeardBatch) -> npt.NDArray[Any]:
         """Learn from what is said, then act; the actions are float, of shape (n, ...)."""
         kinds, advised, warned = heard
         self._hear(rows, kinds)
@@ -68,7 +68,7 @@ class ObedientBatch(StudentBatch[Obedient]):
         """Note the actions of a turn."""
         self._place[rows], self._action[rows], self._acted[rows] = places, actions, True
 
-    def finish(self, rows: Ints, places: Ints, rewards: Floats, terminated: Bools, heard: Heard) -> None:
+    def finish(self, rows: Ints, places: Ints, rewards: Floats, terminated: Bools, heard: HeardBatch) -> None:
         """Learn from the last words of an episode."""
         self._hear(rows, heard.kinds)
         self._acted[rows] = False

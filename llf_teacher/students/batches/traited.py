@@ -1,15 +1,20 @@
 """Students with traits in arrays."""
 
+import importlib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from gymnasium import spaces
 
+from llf_teacher.students import batches
 from llf_teacher.students.batches import Seats, StudentBatch
-from llf_teacher.students.scene import Heard, SceneBatch
+from llf_teacher.students.parsing import STUDENTS, TRAITS
+from llf_teacher.students.scene import HeardBatch, SceneBatch
 from llf_teacher.students.student import Policy, Student
-from llf_teacher.students.trait import Trait
+from llf_teacher.students.trait import Trait, traits_of
+from teachers.spec import fits
 from worlds.batches import Bools, Floats, Ints
 from worlds.batches.streams import Streams
 
@@ -27,7 +32,7 @@ class TraitedBatch(StudentBatch[Student]):
     def __init__(self, spec: Student, traits: Sequence[Trait], inner: StudentBatch[Any], seats: Seats) -> None:
         super().__init__(spec, seats)
         self.inner = inner
-        self._turns, self._since, self._last = (np.zeros(seats.rows, np.int64) for _ in range(3))
+        self._turns, self._since, self._last, self._asked = (np.zeros(seats.rows, np.int64) for _ in range(4))
         scenes = [
             SceneBatch(Streams(np.zeros(seats.rows, np.uint64)), self._turns, self._last, seats.actions) for _ in traits
         ]
@@ -53,13 +58,13 @@ class TraitedBatch(StudentBatch[Student]):
 
     def start(self, rows: Ints) -> None:
         """Begin an episode: each trait with a stream beside that of the student, as `streams_beside` gives them."""
-        self._turns[rows] = self._since[rows] = 0
+        self._turns[rows] = self._since[rows] = self._asked[rows] = 0
         for number, (_, scene) in enumerate(self._parts):
             scene.streams.states[rows] = self.streams.beside(1 + number, rows)  # the first is for words
 
-    def act(self, rows: Ints, places: Ints, rewards: Floats, heard: Heard) -> Ints:
+    def act(self, rows: Ints, places: Ints, rewards: Floats, heard: HeardBatch) -> Ints:
         """The actions after all traits."""
-        self._forget(rows[self._turns[rows] > 0])
+        self._forget(rows)
         actions = self.inner.act(rows, places, rewards, self._through(rows, heard))
         for trait, scene in self._parts:
             actions = trait.act_rows(actions, scene)
@@ -67,8 +72,15 @@ class TraitedBatch(StudentBatch[Student]):
         self._turns[rows] += 1
         return actions
 
+    def intend(self, rows: Ints, places: Ints, rewards: Floats) -> Ints:
+        """What the students mean to do, before their traits change what they hear and do."""
+        self._forget(rows)
+        return self.inner.intend(rows, places, rewards)
+
     def _forget(self, rows: Ints) -> None:
-        """Begin with a new student where a trait forgets now."""
+        """Begin with a new student where a trait forgets in this turn; each is asked once, but in the first turn."""
+        rows = rows[self._asked[rows] < self._turns[rows]]
+        self._asked[rows] = self._turns[rows]
         forgets = np.zeros(len(rows), bool)
         for trait, scene in self._parts:
             scene.rows = rows
@@ -78,7 +90,7 @@ class TraitedBatch(StudentBatch[Student]):
             self.inner.renew(anew)
             self._since[anew] = self._turns[anew]
 
-    def _through(self, rows: Ints, heard: Heard) -> Heard:
+    def _through(self, rows: Ints, heard: HeardBatch) -> HeardBatch:
         """What is heard after the traits."""
         for trait, scene in self._parts:
             scene.rows = rows
@@ -90,7 +102,7 @@ class TraitedBatch(StudentBatch[Student]):
         self._last[rows] = actions
         self.inner.take(rows, places, actions)
 
-    def finish(self, rows: Ints, places: Ints, rewards: Floats, terminated: Bools, heard: Heard) -> None:
+    def finish(self, rows: Ints, places: Ints, rewards: Floats, terminated: Bools, heard: HeardBatch) -> None:
         """The students hear the last words through their traits, too."""
         self.inner.finish(rows, places, rewards, terminated, self._through(rows, heard))
 
@@ -99,4 +111,34 @@ class TraitedBatch(StudentBatch[Student]):
         since = int(self._since[row])
         self.inner.teach(policy.inner, row, turn - since, seen, here)  # type: ignore[attr-defined]  # of traits
         streams = [scene.streams.stream(row) for _, scene in self._parts]
-        policy.resume_at(turn, since, int(self._last[row]), streams)  # type: ignore[attr-defined]  # likewise
+        policy.resume_at(turn, since, int(self._asked[row]), int(self._last[row]), streams)  # type: ignore[attr-defined]  # likewise
+
+
+def students(spec: Student, seats: Seats) -> StudentBatch[Any]:
+    """Students in arrays.
+
+    Raises:
+        ValueError: the student or one of its traits has no form in arrays, or none for such actions.
+    """
+    bare, traits = traits_of(spec)
+    if not _in_arrays(type(bare)):
+        able = ", ".join(name for name in STUDENTS.names if _in_arrays(STUDENTS[name]))
+        raise ValueError(f"the student {bare} cannot play in arrays; allowed: {able}; TeacherEnv takes any student")
+    for trait in traits:
+        if not trait.in_arrays():
+            able = ", ".join(name for name in TRAITS.names if TRAITS[name].in_arrays())
+            raise ValueError(f"the trait {trait} cannot play in arrays; allowed: {able}; TeacherEnv takes any trait")
+    module = importlib.import_module(f"{batches.__name__}.{bare.name}")
+    batch: type[StudentBatch[Any]] = getattr(module, bare.batch)
+    if batch.discrete != isinstance(seats.space, spaces.Discrete):
+        needed = "discrete actions" if batch.discrete else "actions in a box"
+        raise ValueError(
+            f"in arrays the student {bare} needs {needed}, got {seats.space}; TeacherEnv takes any student"
+        )
+    if traits and not batch.discrete:
+        raise ValueError(f"in arrays traits need discrete actions, got {spec}; TeacherEnv takes any student")
+    return TraitedBatch(spec, traits, batch(bare, seats), seats) if traits else batch(bare, seats)
+
+
+def _in_arrays(cls: type[Student]) -> bool:
+    return cls.batch != "" and fits(cls, "batch", "policy")

@@ -9,7 +9,7 @@ import numpy as np
 from llf_teacher.students.scene import (
     BareSentence,
     Floats,
-    Heard,
+    HeardBatch,
     HeardTurn,
     Recovery,
     Scene,
@@ -53,7 +53,7 @@ class Mishears(Trait):
             return None if other is None else changed(claim, action=other)
         return None
 
-    def hear_rows(self, heard: Heard, scene: SceneBatch) -> Heard:
+    def hear_rows(self, heard: HeardBatch, scene: SceneBatch) -> HeardBatch:
         """`hear` in arrays, of claims that are about actions, but for rewards."""
         kinds = heard.kinds
         kinds = kinds - BIT[R] * scene.happens(self.p, heard.kinds & BIT[R] > 0)
@@ -65,7 +65,7 @@ class Mishears(Trait):
             other = scene.another(action, wrong)
             kinds = kinds - BIT[kind] * (wrong & (other < 0))
             named.append(np.where(wrong, other, action))
-        return Heard(kinds, *named)
+        return HeardBatch(kinds, *named)
 
     def log_likelihood(self, strengths: Floats, steps: Sequence[HeardTurn]) -> Floats:
         """Of departures from advice for the turn."""

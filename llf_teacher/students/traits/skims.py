@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from llf_teacher.students.scene import Floats, Heard, HeardTurn, Recovery, Scene, SceneBatch, log_binomial
+from llf_teacher.students.scene import Floats, HeardBatch, HeardTurn, Recovery, Scene, SceneBatch, log_binomial
 from llf_teacher.students.trait import Trait
 from teachers.atoms import KINDS, Atom, Claim
 from teachers.feedback import format_kinds, parse_kinds
@@ -34,7 +34,7 @@ class Skims(Trait):
         skipped = atom.kind in parse_kinds(self.kinds) and scene.happens(self.p)
         return None if skipped else atom.claim
 
-    def hear_rows(self, heard: Heard, scene: SceneBatch) -> Heard:
+    def hear_rows(self, heard: HeardBatch, scene: SceneBatch) -> HeardBatch:
         """`hear` in arrays."""
         kinds = heard.kinds
         for kind in KINDS:
