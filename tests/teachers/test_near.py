@@ -26,7 +26,7 @@ from teachers.templates import Template
 
 FAMILIES = {each.name: each for each in own_families()}
 FILE = Path(__file__).parents[1] / "reading" / "sentences.txt"
-BANDITS, GRID, POEM = "bandits", "gridworld", "poem"
+BANDITS, GRID, OPTIMIZATION, POEM = "bandits", "gridworld", "optimization", "poem"
 
 
 @cache
@@ -49,6 +49,13 @@ def read(name, text):
         (GRID, "go esat now", "near", "Go", {"action": "east"}),
         (GRID, "go south now", "near", "Go", {"action": "south"}),
         (POEM, "Give seven syllables to line two.", "near", "Count", {"amount": "7 syllables", "line": "2"}),
+        (
+            OPTIMIZATION,
+            "you did not lower the loss, it went from 4 to 6",
+            "near",
+            "Rose",
+            {"before": "4", "after": "6"},
+        ),
         (POEM, "Give 7 syllables to line 2.", "exact", "Count", {"amount": "7 syllables", "line": "2"}),
     ],
 )
@@ -83,12 +90,21 @@ def test_a_word_that_turns_the_sense_is_never_overlooked():
             assert reader(BANDITS)._near.read(text).claim != "Pull", text
 
 
+@pytest.mark.parametrize("text", ["the loss rose from 5 to 3", "the loss fell from 3 to 5", "the loss rose, 5 and 5"])
+def test_numbers_that_contradict_the_words_are_not_read(text):
+    assert read(OPTIMIZATION, text) == [("", None, {})]
+
+
 @pytest.mark.parametrize("name", FAMILIES)
 def test_every_table_is_about_the_family(name):
     table = load_synonyms(name)
     classes = Vocabulary(FAMILIES[name].oracle_class().claims()).classes.values()
     slots = {name for cls in classes for slot in dir(cls) for name in (slot, f"{cls.__name__}.{slot}")}
     assert set(table.slots) <= slots
+    ordered = {
+        f"{claim}.{slot}" for pair, claims in table.less.items() for claim in claims for slot in pair.split(" < ")
+    }
+    assert ordered <= slots
     assert set(table.words) >= set(load_synonyms("none").words)
     assert all(others and word not in others for word, others in table.words.items())
 
@@ -133,7 +149,7 @@ def test_phrases_that_are_left_out_are_read_right_or_not_at_all():
     assert {each.what for each in results} == {LEFT_OUT}
     found = score(results)
     assert found.precision[0] >= 0.99
-    assert found.recall >= 0.4
+    assert found.recall >= 0.6
 
 
 def test_a_score_counts_what_is_read_wrong():
