@@ -12,6 +12,7 @@ from llf_teacher.tools.reading import (
     LEFT_OUT,
     SENTENCES,
     Result,
+    curve,
     labelled,
     read_left_out,
     read_sentences,
@@ -169,3 +170,15 @@ def test_a_bad_line_is_refused(tmp_path):
     (tmp_path / "s.txt").write_text("[bandits]\nPull action | go\n")
     with pytest.raises(ValueError, match=r"line 2 must be `CLAIM slot=value; ... \| sentence`, got 'Pull action"):
         list(labelled(tmp_path / "s.txt"))
+
+
+def test_a_lead_is_chosen_by_the_phrases_of_other_families():
+    """All of y's phrases are right from 0.1 on; the clearest one of x is wrong, so that none of y's is read."""
+
+    def left_out(family, lead, right):
+        return Result(LEFT_OUT, family, "near", "Go", "Go", right, "", lead, f"{family} {lead}")
+
+    x = [left_out("x", 0.9, False), left_out("x", 0.5, True), left_out("x", 0.05, True)]
+    y = [left_out("y", lead, True) for lead in (0.8, 0.4, 0.1)]
+    (row,) = zip(*(column.cells for column in curve([*x, *y], [0.99]).columns), strict=True)
+    assert row == ("0.99", "0.100 to inf", "2", "1", "0.500", "0.167")
