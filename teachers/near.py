@@ -2,13 +2,14 @@
 
 What can stand in a phrase's slots is looked for first, by the slot's kind: a number, a quotation, a list, a name of an
 enumeration, or a pattern of the family's table. Claims whose slots the sentence fills are candidates. The other words
-decide by two classifiers: which of the claims they state, learnt from the family's phrases, and which kind of
-feedback they are, learnt from the phrases of all families. Where one of the two is not clear, the sentence is not read.
-The truth of the world is never looked at.
+decide by classifiers: which of the claims they state, learnt from the family's phrases, and which kind of feedback
+they are, whether good or bad, and whether of what was done or is to be done, learnt from the phrases of all families.
+Where one of these is not clear, the sentence is not read. The truth of the world is never looked at.
 
 The tables are `synonyms/common.toml` and `synonyms/<family>.toml`. `words` has per word of the phrases what people say
 in its place; `slots` the patterns of slots that hold neither number nor enumeration, or `<list>`, `<number>` or
-`<action>`, for all claims or, as `Claim.slot`, for one (empty: any text, which only the phrases themselves can have).
+`<action>`, for all claims or, as `Claim.slot`, for one (empty: any text, which only the phrases themselves can have);
+`less` has per pair of slots, as `after < before`, the claims that say that the first one is the smaller number.
 """
 
 import itertools
@@ -16,8 +17,8 @@ import math
 import re
 import string
 import tomllib
-from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields
 from functools import cache, cached_property, partial
 from importlib import resources
@@ -28,7 +29,7 @@ import scipy.sparse
 from numpy.typing import NDArray
 from rapidfuzz.distance import OSA
 
-from teachers.atoms import HN, HP, ActionClaim, Claim
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, R
 from teachers.schema import names_of
 
 __all__ = ["Near", "Nearest", "Synonyms", "load_synonyms"]
@@ -36,13 +37,16 @@ __all__ = ["Near", "Nearest", "Synonyms", "load_synonyms"]
 NUMBER, QUOTED, LIST, ANY = "number", "quoted", "list", "any"
 _PATTERNS = {
     QUOTED: r'"([^"]*)"|`([^`]*)`',
-    LIST: r"\[[^\[\]]*\]|\([^()]*,[^()]*\)",
+    LIST: r"\"?(\[[^\[\]]*\]|\([^()]*,[^()]*\))\"?",
     NUMBER: r"(?<![\w.-])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w-])",
 }
-CONFIDENT = 0.13
-"""How far the best claim's score must be above the next one's."""
-KIND, KIND_SHARE = 0.6, 0.4
-"""How much the score of the kind counts for the order of claims, and its lead beside the lead of the claim."""
+CONFIDENT = 0.14
+"""How clear it must be that the best claim is meant: the least of how far it is ahead, twice its own score, how far its
+kind is ahead, how near the sentence is to the kind's senses, and how sure and how little strained the slots are."""
+KIND = 0.15
+"""How much each of the score of the kind, its senses and the strain counts for the order of claims."""
+_SENSES: Mapping[str, tuple[int, int]] = {HP: (1, 1), HN: (-1, 1), FP: (1, -1), FN: (-1, -1), R: (0, 1)}
+"""Per kind, whether it is good (1) or bad (-1), and whether of what was done (1) or is to be done (-1)."""
 _NUMBERS = """two three four five six seven eight nine ten eleven twelve thirteen fourteen fifteen sixteen seventeen
 eighteen nineteen twenty"""
 _DIGITS = {word: number for number, word in enumerate(_NUMBERS.split(), 2)} | {"zero": 0, "thirty": 30, "forty": 40}
@@ -60,6 +64,8 @@ class Synonyms(NamedTuple):
 
     words: Mapping[str, Sequence[str]]
     slots: Mapping[str, str]
+    less: Mapping[str, Sequence[str]]
+    """Per pair of slots, such as `after < before`, the claims whose numbers are in this order."""
 
 
 @cache
@@ -67,13 +73,15 @@ def load_synonyms(family: str) -> Synonyms:
     """The table of a family, with that of all families."""
     words: dict[str, Sequence[str]] = {}
     slots: dict[str, str] = {}
+    less: dict[str, Sequence[str]] = {}
     for name in ("common", family):
         file = resources.files("teachers.synonyms").joinpath(f"{name}.toml")
         if file.is_file():
             table = tomllib.loads(file.read_text(encoding="utf-8"))
             words |= table.get("words", {})
             slots |= table.get("slots", {})
-    return Synonyms(words, slots)
+            less |= table.get("less", {})
+    return Synonyms(words, slots, less)
 
 
 class Nearest(NamedTuple):
@@ -82,11 +90,11 @@ class Nearest(NamedTuple):
     claim: str | None
     """The name of the claim; None: the sentence is not read."""
     slots: dict[str, str]
-    """The text in each slot."""
+    """The text in each slot of the nearest claim."""
     candidates: tuple[str, ...]
     """The names of the claims that came nearest, the nearest first."""
     lead: float
-    """How far the nearest claim is ahead, as `CONFIDENT` asks; minus infinity if there is none."""
+    """How clear it is that the nearest claim is meant, as `CONFIDENT` asks; minus infinity if it is open."""
 
 
 _UNREAD = Nearest(None, {}, (), -math.inf)
@@ -115,6 +123,19 @@ class _Phrase(NamedTuple):
     """What is not in slots."""
 
 
+class _Candidate(NamedTuple):
+    """A claim whose slots a sentence can fill."""
+
+    slots: dict[str, str]
+    """Empty texts: it is open which value stands in which slot."""
+    strain: float = 0.0
+    """How far the words around values, which could stand elsewhere, speak against what the claim's numbers must be."""
+    sure: float = 1.0
+    """How far the words around values speak for their slots."""
+    words: str = ""
+    """The other words."""
+
+
 class _Classifier:
     """Kernel ridge regression from words to labels: one-hot targets; the greatest score is the likeliest label.
 
@@ -124,22 +145,21 @@ class _Classifier:
 
     Args:
         labelled: texts with their labels; a pair counts once.
-        ridge: the greater, the smoother.
-        pairs: the weight of pairs of words, where words have 1.
+        parts_of: gives the parts of a text with their weights.
     """
 
-    def __init__(self, labelled: Iterable[tuple[str, str]], ridge: float, pairs: float) -> None:
-        self._pairs = pairs
+    def __init__(self, labelled: Iterable[tuple[str, str]], parts_of: Callable[[str], Mapping[str, float]]) -> None:
+        self._parts_of = parts_of
         self._at = {each: i for i, each in enumerate(dict.fromkeys(labelled))}
         self._labels = sorted({label for _, label in self._at})
-        parts = [_parts_of(text, pairs) for text, _ in self._at]
+        parts = [parts_of(text) for text, _ in self._at]
         having = Counter(itertools.chain(*parts))
         self._index = {part: i for i, part in enumerate(having)}
         self._rare = np.log1p(len(parts) / np.array([*having.values()], float))
         self._rarest = math.log1p(len(parts))
         self._texts = scipy.sparse.csr_array(np.stack([self._vector(each) for each in parts]))
         kernel = (self._texts @ self._texts.T).toarray()
-        self._inverse = np.linalg.inv(kernel + ridge * np.eye(len(parts)))
+        self._inverse = np.linalg.inv(kernel + np.eye(len(parts)))
         self._weights = self._inverse @ np.array([[label == each for each in self._labels] for _, label in self._at])
 
     def _vector(self, parts: Mapping[str, float]) -> NDArray[np.float64]:
@@ -159,7 +179,7 @@ class _Classifier:
         if without in self._at:
             i = self._at[without]
             weights = weights - np.outer(self._inverse[:, i], weights[i]) / self._inverse[i, i]
-        alike = self._texts @ self._vector(_parts_of(text, self._pairs))
+        alike = self._texts @ self._vector(self._parts_of(text))
         return dict(zip(self._labels, (alike @ weights).tolist(), strict=True))
 
 
@@ -183,6 +203,7 @@ class Near:
         self._classes = classes
         self._synonyms = [(re.compile(rf"\b(?:{_any_of(each)})\b", re.I), word) for word, each in table.words.items()]
         self._slots = {name: _kinds_of(cls, table) for name, cls in classes.items()}
+        self._less = {name: pair.split(" < ") for pair, names in table.less.items() for name in names}
         actions = {name: cls.action_slot for name, cls in classes.items() if issubclass(cls, ActionClaim)}
         known = [self._slots[name][slot] for name, slot in actions.items() if slot in self._slots[name]]
         usual = Counter(known).most_common(1)[0][0] if known else QUOTED
@@ -193,9 +214,10 @@ class Near:
         plain = {word for phrase in self._phrases for word in _words(phrase.words)}
         every = {each for cls in classes.values() for names in names_of(cls).values() for each in names}
         self._entities = [re.compile(each) for each in (*_PATTERNS.values(), _whole(_any_of(every - plain)))]
-        self._claim = _Classifier(((each.words, each.claim) for each in self._phrases), 1.0, 0.25)
-        own = [(each.words, self._kind_of(each.claim)) for each in self._phrases]
-        self._kind = _Classifier([*own, *((self._plain(_blank(text)), kind) for text, kind in others)], 0.5, 0.5)
+        self._claim = _Classifier(((each.words, each.claim) for each in self._phrases), partial(_parts_of, pairs=0.25))
+        every_kind = [(each.words, self._kind_of(each.claim)) for each in self._phrases]
+        every_kind += [(self._plain(_blank(text)), kind) for text, kind in others]
+        self._kind = _Classifier(every_kind, _sensed_parts_of)
         self._questions = [each for each in self._phrases if each.source.endswith("?")]
 
     def _kind_of(self, claim: str) -> str:
@@ -226,20 +248,21 @@ class Near:
         found = self._candidates(text, left)
         if not found:
             return _UNREAD
-        claims: dict[str, float] = {}
-        kinds: dict[str, dict[str, float]] = {}
-        for words in {words for words, _ in found.values()}:
+        worth: dict[str, float] = {}
+        clear: dict[str, float] = {}
+        for words in {each.words for each in found.values()}:
             scores = self._claim.scores(words, left and (left.words, left.claim))
-            of_kinds = self._kind.scores(words, left and (left.words, self._kind_of(left.claim)))
-            for name in (name for name, (its, _) in found.items() if its == words):
-                claims[name], kinds[name] = scores[name], of_kinds
-        ranked = sorted(claims, key=lambda name: -(claims[name] + KIND * kinds[name][self._kind_of(name)]))
-        best = ranked[0]
-        kind = kinds[best].pop(self._kind_of(best)) if len(kinds[best]) > 1 else 1.0
-        lead = claims[best] - max((claims[name] for name in ranked[1:]), default=0.0)
-        lead = min(lead, claims[best], KIND_SHARE * (kind - max(kinds[best].values())))
-        clear = lead >= CONFIDENT and all(found[best][1].values())
-        return Nearest(best if clear else None, found[best][1] if clear else {}, tuple(ranked[:3]), lead)
+            kinds = self._kind.scores(words, left and (left.words, self._kind_of(left.claim)))
+            senses = [sum(_SENSES[kind][i] * score for kind, score in kinds.items()) for i in (0, 1)]
+            for name in (name for name, each in found.items() if each.words == words):
+                kind, strain = self._kind_of(name), found[name].strain
+                agree = [1 - abs(sense - its) for sense, its in zip(senses, _SENSES[kind], strict=True)]
+                worth[name] = scores[name] + KIND * (kinds[kind] + sum(agree) - strain)
+                ahead = kinds[kind] - max((score for other, score in kinds.items() if other != kind), default=0.0)
+                clear[name] = min(2 * scores[name], ahead, *agree, found[name].sure, 1 - strain)
+        best, *others = sorted(worth, key=lambda name: -worth[name])
+        lead = min(clear[best], worth[best] - max((worth[name] for name in others), default=0.0))
+        return Nearest(best if lead >= CONFIDENT else None, found[best].slots, (best, *others[:2]), lead)
 
     def fits(self, claim: str, slots: Mapping[str, str]) -> bool:
         """Whether what stands in a claim's slots is of their kinds, as far as these are known."""
@@ -251,10 +274,10 @@ class Near:
             if slot in patterns
         )
 
-    def _candidates(self, text: str, without: _Phrase | None) -> dict[str, tuple[str, dict[str, str]]]:
-        """The claims whose slots the sentence can fill, with its other words and the slots."""
+    def _candidates(self, text: str, without: _Phrase | None) -> dict[str, _Candidate]:
+        """The claims whose slots the sentence can fill."""
         seen: dict[frozenset[str], tuple[list[_Value], str] | None] = {}
-        found: dict[str, tuple[str, dict[str, str]]] = {}
+        found: dict[str, _Candidate] = {}
         for phrase in self._phrases:
             kinds = frozenset(phrase.kinds.values())
             if phrase is without or phrase.claim in found or ANY in kinds:
@@ -263,11 +286,11 @@ class Near:
                 seen[kinds] = self._parts(text, kinds)
             if (parts := seen[kinds]) is None:
                 continue
-            slots = self._filled(phrase, parts[0], without)
-            if slots is not None:
-                found[phrase.claim] = parts[1], slots
-        least = min((len(words) for words, slots in found.values() if slots), default=0)  # the rest is in slots
-        return {name: each for name, each in found.items() if not each[1] or len(each[0]) == least}
+            filled = self._filled(phrase, parts[0], without)
+            if filled is not None:
+                found[phrase.claim] = filled._replace(words=parts[1])
+        least = min((len(each.words) for each in found.values() if each.slots), default=0)  # the rest is in slots
+        return {name: each for name, each in found.items() if not each.slots or len(each.words) == least}
 
     def _plain(self, text: str) -> str:
         """A text with synonyms as the phrases have them, numbers in digits and no contractions; quotations stay."""
@@ -317,43 +340,50 @@ class Near:
             return None
         return sorted(found), re.sub("\0+", " # ", text)
 
-    def _filled(self, phrase: _Phrase, values: Sequence[_Value], without: _Phrase | None) -> dict[str, str] | None:
-        """The values in the slots of a phrase, if they fit; the action of a verdict may be missing.
-
-        Where it is open which value stands in which slot, all are empty.
-        """
+    def _filled(self, phrase: _Phrase, values: Sequence[_Value], without: _Phrase | None) -> _Candidate | None:
+        """The values in the slots of a phrase, if they fit; the action of a verdict may be missing."""
         wanted, cls = dict(phrase.kinds), self._classes[phrase.claim]
         if len(values) < len(wanted) and issubclass(cls, ActionClaim) and cls.kind in (HP, HN):
             wanted.pop(cls.action_slot, None)
         if sorted(wanted.values()) != sorted(value.kind for value in values):
             return None
-        slots: dict[str, str] = {}
+        all_of_it = _Candidate({})
         for kind in {*wanted.values()}:
             names = [slot for slot, its in wanted.items() if its == kind]
             found = [value for value in values if value.kind == kind]
-            order = self._ordered(phrase.claim, names, found, without)
-            if order is None:
-                return dict.fromkeys(wanted, "")
-            slots |= {name: found[i].text for name, i in zip(names, order, strict=True)}
-        return slots
+            part = self._ordered(phrase.claim, names, found, without)
+            strain, sure = max(all_of_it.strain, part.strain), min(all_of_it.sure, part.sure)
+            all_of_it = _Candidate(all_of_it.slots | part.slots, strain, sure)
+        return all_of_it
 
     def _ordered(
         self, claim: str, names: Sequence[str], found: Sequence[_Value], without: _Phrase | None
-    ) -> Sequence[int] | None:
-        """Which of several values stands in which slot, as the words around them and their order say; None if open."""
+    ) -> _Candidate:
+        """Which of several values stands in which slot, as the words around them, their order and size say."""
         orders = [*itertools.permutations(range(len(names)))] if len(names) <= 5 else [tuple(range(len(names)))]
         if len(orders) == 1:
-            return orders[0]
+            return _Candidate(dict(zip(names, (value.text for value in found), strict=True)))
+        can = orders
+        if {*(pair := self._less.get(claim, ()))} <= {*names} and pair:
+            less, more = map(names.index, pair)
+            sizes = [float(value.text.split()[0]) for value in found]
+            can = [order for order in orders if sizes[order[less]] < sizes[order[more]]]
+        if not can:
+            return _Candidate(dict.fromkeys(names, ""), sure=0.0)
         fits = dict.fromkeys(orders, 0)
+        phrases = 1
         for phrase in self._phrases:
             cues = dict(zip(phrase.kinds, phrase.cues, strict=True))
             if phrase.claim == claim and phrase is not without and set(names) <= set(cues):
+                phrases += 1
                 mine = [name for name in cues if name in names]
                 for order in orders:
                     fits[order] += sum(len(cues[name] & found[i].cues) for name, i in zip(names, order, strict=True))
                     fits[order] += mine == [names[i] for i in np.argsort(order)]
-        (best, most), (_, next_most) = Counter(fits).most_common(2)
-        return best if most > next_most else None
+        best, *others = sorted(can, key=lambda order: -fits[order])
+        sure = (fits[best] - fits[others[0]]) / phrases if others else 1.0
+        slots = {name: found[i].text if sure else "" for name, i in zip(names, best, strict=True)}
+        return _Candidate(slots, min(1.0, (max(fits.values()) - fits[best]) / phrases), sure)
 
     def _phrase(self, name: str, source: str) -> _Phrase:
         """A phrase; where a slot's values have no known form, its kind is `ANY`."""
@@ -394,7 +424,7 @@ def _is_number(kind: Any) -> bool:
     return getattr(kind, "__origin__", kind) in (int, float)
 
 
-def _parts_of(text: str, pairs: float) -> dict[str, float]:
+def _parts_of(text: str, pairs: float = 0.5) -> dict[str, float]:
     """The parts by which a text is compared, each with its weight; words behind a negation are parts of their own."""
     words = [re.sub(r"(?<=...)(?:ing|ed|ly|es|s|er|est|e)$", "", word) for word in _words(text)]
     parts = dict.fromkeys(words, 1.0)
@@ -406,6 +436,18 @@ def _parts_of(text: str, pairs: float) -> dict[str, float]:
 
 
 _NOT = frozenset({"not", "no", "never", "nothing", "without", "none"})
+_NEGATION = re.compile(rf"\b(?:{'|'.join(sorted(_NOT))})\b", re.IGNORECASE)
+
+
+def _sensed_parts_of(text: str) -> dict[str, float]:
+    """The parts of a text, once more with the sign turned by each negation before them in their clause, and these."""
+    turned: dict[str, float] = defaultdict(float)
+    for clause in re.split("[.,;:!]+", text):
+        for i, segment in enumerate(_NEGATION.split(clause)):
+            turned["~not"] -= 4 * (i > 0)
+            for part, weight in _parts_of(segment).items():
+                turned[f"~{part}"] += (-1) ** i * weight
+    return _parts_of(text) | turned
 
 
 def _words(text: str) -> list[str]:
@@ -445,7 +487,7 @@ def _looked_for(kind: str) -> tuple[int, int]:
     return {QUOTED: 1, LIST: 0, NUMBER: 3}.get(kind, 2), -len(kind)
 
 
-_KEPT = re.compile(r"(\"[^\"]*\"|`[^`]*`|\[[^\[\]]*\]|\{[^{}]*\})")  # what is not put into other words
+_KEPT = re.compile(r"(\"?\[[^\[\]]*\]\"?|\"[^\"]*\"|`[^`]*`|\{[^{}]*\})")  # what is not put into other words
 _WORD = re.compile(r"(?<![\w-])[A-Za-z]{4,}(?![\w-])(?! \d)")
 _ORDINAL = re.compile(rf"\b({'|'.join(_ORDINALS)}) (\w+)\b", re.IGNORECASE)
 _WORD_NUMBER = re.compile(rf"\b(?:{'|'.join(sorted(_DIGITS, key=len, reverse=True))})\b", re.IGNORECASE)
