@@ -1,8 +1,6 @@
 """`llf study`: run feedback studies and report on them."""
 
-import os
 import signal
-import sys
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Annotated, Any
@@ -12,7 +10,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from llf_teacher.cli import Commands, errors, print_missing
+from llf_teacher.cli import Commands, errors, print_missing, search_here
 from llf_teacher.escaping import escape_control_chars
 from llf_teacher.models.settings import BUDGET
 from llf_teacher.studies import commands
@@ -69,6 +67,7 @@ def quickstart(
     context: typer.Context, store: Store_ = STORE, report: Report_ = REPORT, workers: Workers_ = None
 ) -> None:
     """Run the built-in study of all families, which asks whether late or wrong words cost a student more."""
+    search_here()  # for students `module:factory`, also of a store
     if context.invoked_subcommand is None:
         from llf_teacher.studies.definition import study
         from llf_teacher.studies.execution.runner import RunOptions
@@ -131,8 +130,6 @@ def run(
     from llf_teacher.studies.execution.limits import Limits
     from llf_teacher.studies.execution.runner import RunOptions, parse_shard
 
-    if os.getcwd() not in sys.path:  # so that students `module:factory` are found here, as with `python -m`
-        sys.path.append(os.getcwd())
     limits = Limits(episode_seconds, turn_seconds, memory)
     options = RunOptions(executor, address, limits, parse_shard(shard), retry_failed, fail_fast)
     _run(load_study(file), store, report, workers, {} if llm_budget is None else {BUDGET: f"{llm_budget}"}, options)

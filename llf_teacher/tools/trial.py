@@ -18,11 +18,11 @@ from pz_envs.lesson import limits_of
 from pz_envs.registered import REWARDS, Registered
 from pz_envs.settings import Settings
 from pz_envs.subject import Subject
-from teachers.planning import Planned, PlanningError, survey
+from teachers.planning import Planned, PlanningError, parse_planner, survey
 from teachers.planning.known import known, words_of
 from teachers.words import coded_words
 from worlds.actions import describe_space
-from worlds.wrapped.gym_world import faithful
+from worlds.wrapped.gym_world import check_complete, faithful
 
 __all__ = ["Line", "facts", "trial"]
 
@@ -44,10 +44,15 @@ def facts(subject: Registered, **options: Any) -> Iterator[Line]:
 
     Args:
         subject: the environment.
-        options: of its world.
+        options: of its world, and `oracle`, the planner to ask, or its spec; without one, each tier is asked.
     """
+    oracle = options.get("oracle", "auto")
+    if oracle == REWARDS:
+        yield Line("teacher", "says what was paid, in words")
+        return
     with contextlib.closing(subject.make(options)) as env:
-        found = survey(env, subject.turns(**options))
+        asked = parse_planner(oracle) if isinstance(oracle, str) else oracle
+        found = survey(env, subject.turns(**options), asked)
         named = words_of(env) or getattr(known(env), "action_words", {})
     plan = next((plan for plan in found.values() if isinstance(plan, Planned)), None)
     for tier, said in found.items():
@@ -58,7 +63,7 @@ def facts(subject: Registered, **options: Any) -> Iterator[Line]:
     if plan is None:
         yield Line("rewards", f"with oracle={REWARDS!r} what was paid is said in words")
         return
-    subjects = subject.for_lesson(Settings(options={**options, "oracle": plan.tier}))
+    subjects = subject.for_lesson(Settings(options={"oracle": plan.tier, **options}))
     instructions, kinds = map(coded_words, types_of(subjects))
     yield Line("teacher", f"instructions {instructions}; feedback {kinds}; {subject.turns(**options):,} turns")
     yield Line("objective", plan.objective)
@@ -81,6 +86,11 @@ def trial(subject: Registered, options: Mapping[str, Any], seed: int = 0) -> Ite
     own = {name: value for name, value in options.items() if name != "oracle"}
     with contextlib.closing(subject.make(own)) as env:
         yield Line("environment", f"{env}")
+        try:
+            check_complete(env)
+        except ValueError as error:
+            yield Line("interface", f"{error}; mend this first", False)
+            return
         yield Line("observations", describe_space(env.observation_space))
         yield Line("actions", describe_space(env.action_space))
         limits = [each for each in limits_of(env) if each is not None]
@@ -94,7 +104,7 @@ def trial(subject: Registered, options: Mapping[str, Any], seed: int = 0) -> Ite
         again = copies or _repeats(subject, own)
         if not copies:
             yield Line("replay", f"the same seed and actions give {'the same' if again else 'another'} episode", again)
-    yield from facts(subject, **own)
+    yield from facts(subject, **options)
     try:
         lesson = subject.for_lesson(Settings(options=options))
     except PlanningError:
@@ -153,7 +163,7 @@ def _missing(plan: Planned | None, counted: bool, limited: bool) -> Iterator[Lin
     if plan is None:
         yield Line("missing", "a teacher who plans: what each tier lacks is said above; or an oracle of your own")
     elif plan.privileged is None:
-        yield Line("missing", "whether the teacher uses what the student cannot see is not known: compare the two")
+        yield Line("missing", "whether the teacher plans from more than observations show: compare its state with them")
     if counted and (plan is None or not plan.action_words):
         yield Line("missing", "action_words={'left': 0, ...}: words for actions, which are numbers now")
     if plan is None or plan.describe is None:

@@ -52,12 +52,23 @@ class Auto(Planner):
         )
 
 
-def survey(env: gymnasium.Env[Any, Any], turns: int) -> dict[str, Planned | PlanningError]:
-    """What each tier says of an environment, the highest first: its plan, or why it does not serve."""
+def survey(
+    env: gymnasium.Env[Any, Any], turns: int, asked: Planner | None = None
+) -> dict[str, Planned | PlanningError]:
+    """What tiers say of an environment: their plans, or why they do not serve.
+
+    Args:
+        env: the environment.
+        turns: most turns of an episode.
+        asked: the planner to ask; None or `Auto`: each tier with its default options, the highest first.
+    """
     found: dict[str, Planned | PlanningError] = {}
-    for name, planner in TIERS.items():
+    planners = {name: planner() for name, planner in TIERS.items()}
+    if asked is not None and not isinstance(asked, Auto):
+        planners = {name: asked for name, planner in TIERS.items() if isinstance(asked, planner)}
+    for name, planner in planners.items():
         try:
-            found[name] = planner().plan(env, turns)
+            found[name] = planner.plan(env, turns)
         except PlanningError as error:
             found[name] = error
     return found

@@ -67,6 +67,9 @@ class Opaque(Corridor):
         self.part = object()
         return super().reset(seed=seed)
 
+class Spaceless(gymnasium.Env):
+    reset, step = Corridor.reset, Corridor.step
+
 class Failing(Corridor):
     def __init__(self):
         raise OSError("no disk")
@@ -311,6 +314,7 @@ def test_play_takes_options():
         ),
         ("Wrong", 1, ("check_env shows it",)),
         ("Opaque", 0, ("'part' has a value of class object", "a search of at most")),
+        ("Spaceless", 1, ("Spaceless, which lacks action_space, observation_space",)),
         ("Failing", 2, ("OSError: no disk",)),
         ("Nothing", 2, ("neither registers nor defines 'Nothing'",)),
     ],
@@ -321,6 +325,22 @@ def test_teach_tries_an_environment(own_module, name, status, said):
     assert found.returncode == status
     for text in said:
         assert text in found.stdout + found.stderr
+
+
+@pytest.mark.parametrize(
+    ("planner", "said", "unsaid"),
+    [
+        ("exact(states=10)", "more than 10 states", "searched  "),
+        ("searched(nodes=2)", "the bounds are nodes=2", "exact  "),
+        ("rewards", "says what was paid", "exact  "),
+    ],
+)
+def test_teach_asks_the_planner_that_is_given(own_module, planner, said, unsaid):
+    shown = llf(
+        "teach", "own_corridor:Corridor", "--option", "length=12", "--option", f"oracle={planner}", cwd=own_module
+    )
+    assert said in shown.stdout
+    assert unsaid not in shown.stdout
 
 
 def test_teach_needs_a_prefix():

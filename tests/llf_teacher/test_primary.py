@@ -69,6 +69,15 @@ def test_a_third_teacher_changes_no_score():
     assert primary(alone, "silent", ALL)[0].mean == pytest.approx(primary(both, "silent", ALL)[0].mean, rel=1e-12)
 
 
+def test_negated_rewards_stand_for_regret():
+    """Where the teacher knows no values a success is worth -1, and nothing is 0; units do not matter."""
+    found = outcomes([*rows([0.0] * 8), *rows([-5.0] * 8, teacher="oracle"), *rows([-2.5] * 8, teacher="hinter")])
+    assert [one.mean for one in primary(found, "silent", None)] == [1, 1]
+    (one,) = primary(outcomes([*rows([-1.0] * 8), *rows([-3.0] * 8, teacher="oracle")]), "silent", None)
+    assert one.mean == 0.5
+    assert one.score.p < 0.01
+
+
 def test_regret_in_no_arm_is_no_difference():
     found = outcomes([*rows([0.0] * 5), *rows([0.0] * 5, teacher="oracle")])
     (one,) = primary(found, "silent", None)

@@ -92,7 +92,7 @@ class GymWorld(World[Position, Any, Any]):
         if not isinstance(given, gymnasium.Env):
             hint = "; wrap an environment of the old Gym in OldGym" if hasattr(given, "step") else ""
             raise ValueError(f"env must be a gymnasium.Env, or a function that makes one, got {given!r}{hint}")
-        _check_complete(given)
+        check_complete(given)
         self._given: _Env = given
         self._env: _Env | None = given
         self._copies = snapshot != "replay" and faithful(given)
@@ -328,8 +328,12 @@ def _missing(abstract: Any) -> str:
     return ", ".join(sorted(abstract.__abstractmethods__))
 
 
-def _check_complete(env: _Env) -> None:
-    """Check that an environment has methods and spaces of its own."""
+def check_complete(env: _Env) -> None:
+    """Check that an environment has methods and spaces of its own.
+
+    Raises:
+        ValueError: it lacks some.
+    """
     bare = env.unwrapped
     lacks = [name for name in ("reset", "step") if getattr(type(bare), name) is getattr(gymnasium.Env, name)]
     lacks += [name for name in _SPACES if not isinstance(getattr(env, name, None), spaces.Space)]

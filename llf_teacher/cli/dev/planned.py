@@ -14,7 +14,8 @@ def add_to(app: typer.Typer) -> None:
 def planned(
     file: Annotated[Path | None, typer.Argument(help="Markdown file with markers for the table.")] = None,
     id: Annotated[
-        list[str] | None, typer.Option(help="Measure only this environment of the table; repeat it for several.")
+        list[str] | None,
+        typer.Option(help="Measure only this environment of the table, such as gym:Taxi; repeat it for several."),
     ] = None,
 ) -> None:
     """Measure the environments that planned teachers teach, and write the table in FILE, or print it.

@@ -68,8 +68,11 @@ class Primary(NamedTuple):
 
 
 def symmetric(own: Numbers, other: Numbers) -> Numbers:
-    """For each pair what the second regret is greater than the first, as a share of the sum of both means."""
-    scale = own.mean() + other.mean()
+    """For each pair what the second regret is greater than the first, as a share of the sum of both mean magnitudes.
+
+    Magnitudes, since negated rewards stand for regret where no values are known.
+    """
+    scale = np.abs(own).mean() + np.abs(other).mean()
     scores: Numbers = (other - own) / scale if scale > 0 else np.zeros_like(own)
     return scores
 
