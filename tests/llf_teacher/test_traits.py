@@ -237,8 +237,8 @@ def test_doors_of_teachers_take_them_or_say_why_not():
         TeacherEnv(GRID, student="q_learning | stubborn", announce=True)
     with pytest.raises(ValueError, match="vary needs a student without traits, got q_learning"):
         TeacherEnv(GRID, student="q_learning | stubborn", vary={"alpha": (0.1, 0.5)})
-    with pytest.raises(ValueError, match=r"q_learning \| stubborn cannot play in arrays; allowed: q_learning"):
-        TeacherVectorEnv(GRID, student="q_learning | stubborn")
+    with pytest.raises(ValueError, match=r"the trait partial_plan cannot play in arrays; allowed: forgetful"):
+        TeacherVectorEnv(GRID, student="q_learning(trust=1.0) | partial_plan")
 
 
 def test_a_class_has_them():
