@@ -111,7 +111,7 @@ def check_lifetimes(id, rows, seed, mode, **options):
             assert (None if intention < 0 else intention) == info.get("intention")
             assert infos["trimmed"][row] == info["trimmed"]
             assert str(batch.students.student(row)) == info["student"]
-            if turn % 5 == 0:
+            if turn % 5 == 0 and row < 4:  # a lesson takes a while to make
                 check_known(batch, row, lesson)
     return lifetimes
 
