@@ -10,7 +10,7 @@ from pz_envs.teacher_view import SUBSET_BITS
 from teachers.atoms import HN, HP, KINDS
 from teachers.batches import Said
 from teachers.session import BIT
-from worlds.batches import Bools, Floats, Ints
+from worlds.batches import Bools, Floats, Ints, Rows
 
 
 class Lifetimes:
@@ -105,7 +105,7 @@ class Spoken:
         if said.judges is not None:
             self._naming -= ~said.judges @ np.array([BIT[HP], BIT[HN]])
 
-    def say(self, subset: Ints, rows: Ints, left: Ints | None) -> tuple[Ints, Ints]:
+    def say(self, subset: Ints, rows: Rows, left: Ints | None) -> tuple[Ints, Ints]:
         """Say the first claims of a subset, in speaking order, in some rows.
 
         Args:
