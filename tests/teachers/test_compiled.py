@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from teachers import compiled
+from teachers.oracles.parking import paths
 from teachers.oracles.parking.driving import solve
 from teachers.oracles.parking.model import Ground, can_stop, misfit, misses, move, pairs
 
@@ -36,7 +37,7 @@ def outcomes(count):
         ground = Ground(spot, 1.44, pairs(parked), 34.5, 20.5)
         way = solve(ground, car)
         there = [move(ground, car, pedal, wheel) for pedal in (-100, 0, 37) for wheel in (-100, 5, 100)]
-        stops = [can_stop(ground, car, caution) for caution in (1, -1)]
+        stops = [can_stop(each, car) for each in (ground, ground._replace(caution=-1))]
         found.append(
             [way, there, stops, misses(ground, car, way), misses(ground, car, way[:-1]), misfit(ground, *car[:3])]
         )
@@ -54,6 +55,13 @@ def test_the_same_is_planned_to_the_last_bit():
     assert fast
     assert not slow
     assert here == there
+
+
+def test_paths_are_sorted_alike_with_and_without_machine_code():
+    rng = np.random.default_rng(1)
+    rows = [paths.Path(float(rng.integers(9)), int(number), 0, 0, (0.0,) * 6) for number in rng.permutation(60)]
+    assert paths._sorted(rows.copy()) == sorted(rows)
+    assert paths._sorted([]) == []
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ from itertools import product
 
 import numpy as np
 
-from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment
+from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment, fast_constructor
 from teachers.common import Syntax
 from teachers.oracle import Oracle
 from teachers.oracles.parking.checks import after_action, crashes, distance_to_spot, opposites, stops
@@ -59,6 +59,9 @@ _NEWS = 0.05  # least change of distance, in m, for a claim
 _EXTREMES = tuple(product((1.0, -1.0), (0.0, 1.0, -1.0)))
 _CONTROLS = Controls(seconds=0.2, acceleration=5.0, degrees=45.0)
 _HAZARDS = Hazards(wall_x=WALL_X, wall_y=WALL_Y)
+# Elsewhere the fields of a claim are checked, which takes long for ways of many actions.
+_on_course, _strayed = fast_constructor(OnCourse), fast_constructor(Strayed)
+_drive, _detour = fast_constructor(Drive), fast_constructor(Detour)
 
 
 class ParkingOracle(Oracle[Truth, Parking]):
@@ -111,7 +114,8 @@ class ParkingOracle(Oracle[Truth, Parking]):
             return False
         if can_stop(ground, car[:4]):
             return True
-        return stops(self.lab, truth, [wheel for wheel in BRAKES if brake(ground, car[:4], round(100 * wheel), -1)[0]])
+        bold = ground._replace(caution=-1)
+        return stops(self.lab, truth, [wheel for wheel in BRAKES if brake(bold, car[:4], round(100 * wheel))[0]])
 
     def _is_parked(self, truth: Truth) -> bool:
         car = truth.car
@@ -163,14 +167,14 @@ class ParkingOracle(Oracle[Truth, Parking]):
         far = {"action": action, "before": distance_to_spot(before), "after": distance_to_spot(after)}
         if wasted <= 0 and HP in kinds and (rest := self._way(after)):
             if gain_of(before, after) > MARGIN:
-                claims.append(OnCourse(action=action, way=(action, *rest)))
+                claims.append(_on_course(action, (action, *rest)))
             if moved < -_NEWS:
                 claims.append(Nearer(**far))
         elif wasted >= _WASTE and HN in kinds:
             if not self._way(after) and self._stops(before) and not self._stops(after):
                 claims.append(Doomed(action=action))
             elif way and gain_of(before, after) < -MARGIN and misses(self._ground(after), after.car[:4], way[1:]):
-                claims.append(Strayed(action=action, way=way))
+                claims.append(_strayed(action, way))
             if moved > _NEWS:
                 claims.append(Farther(**far))
 
@@ -182,7 +186,7 @@ class ParkingOracle(Oracle[Truth, Parking]):
             self._way(moment.before)  # so that the path does not depend on the kinds
         way = self._way(truth)
         if way and FP in kinds:
-            claims.append(Drive(action=way[0], rest=way[1:]))
+            claims.append(_drive(way[0], way[1:]))
         if FN in kinds:
             warning = next(self._warnings(truth, way, moment.turn), None)
             if warning:
@@ -200,7 +204,7 @@ class ParkingOracle(Oracle[Truth, Parking]):
                     continue  # it may park the car itself
                 detour = _solved(truth.spot, truth.parked, after)
                 if len(detour) >= len(way):
-                    yield Detour(action=action, way=way, detour=detour)
+                    yield _detour(action, way, detour)
 
     def _dangers(self, truth: Truth) -> Iterator[Claim]:
         """Actions that crash, or after which no braking prevents it; only close cases need the simulator."""
@@ -209,15 +213,16 @@ class ParkingOracle(Oracle[Truth, Parking]):
         by_wall = abs(car.x) + near > WALL_X or abs(car.y) + near > WALL_Y
         if not by_wall and all(math.dist((other.x, other.y), (car.x, car.y)) > near + 3 for other in truth.parked):
             return
+        bold = ground._replace(caution=-1)
         for action in _EXTREMES:
             pedal, wheel = (round(100 * share) for share in action)
             there = move(ground, car[:4], pedal, wheel)
             if there is None:
-                if move(ground, car[:4], pedal, wheel, -1) is None or crashes(self.lab, truth, action):
+                if move(bold, car[:4], pedal, wheel) is None or crashes(self.lab, truth, action):
                     yield Crash(action=action)
             elif can_stop(ground, there) or not self._stops(truth):
                 continue
-            elif not can_stop(ground, there, -1) or not self._stops(after_action(self.lab, truth, action)):
+            elif not can_stop(bold, there) or not self._stops(after_action(self.lab, truth, action)):
                 yield Trap(action=action)
 
     def clues(self, truth: Truth) -> tuple[Claim, ...]:

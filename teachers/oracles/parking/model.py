@@ -32,6 +32,8 @@ class Ground(NamedTuple):
     wall_x: float
     wall_y: float
     """The walls' inner faces are at plus and minus these, in m."""
+    caution: int = 1
+    """1: a car keeps a margin to obstacles; -1: the margin is negative, so that only what certainly touches does."""
 
 
 def pairs(numbers: Sequence[tuple[float, float]]) -> Sequence[tuple[float, float]]:
@@ -109,11 +111,8 @@ def roll(car: Car, pedal: int, wheel: int) -> Car:
 
 
 @compiled
-def move(ground: Ground, car: Car, pedal: int, wheel: int, caution: int = 1) -> Car | None:
-    """The car after an action, in hundredths; None if it comes too close to an obstacle.
-
-    With a caution of -1 the margin is negative: None only if it certainly touches an obstacle.
-    """
+def move(ground: Ground, car: Car, pedal: int, wheel: int) -> Car | None:
+    """The car after an action, in hundredths; None if it comes too close to an obstacle."""
     x, y, heading, speed = car
     # More than the car covers, with its margin, in the whole action.
     reach = REACH + 0.3 * (speed if speed > 0 else -speed)
@@ -125,7 +124,7 @@ def move(ground: Ground, car: Car, pedal: int, wheel: int, caution: int = 1) -> 
     for _ in range(STEPS):
         course = heading + slip
         x, y, heading, speed = _step(x, y, heading, speed, cos(course), sin(course), sine, gain)
-        margin = caution * (_MARGIN + abs(speed) * DT)
+        margin = ground.caution * (_MARGIN + abs(speed) * DT)
         if not _free(ground, near, x, y, cos(heading), sin(heading), margin):
             return None
     return x, y, heading, speed
@@ -184,16 +183,16 @@ def _free(
 
 
 @compiled
-def brake(ground: Ground, car: Car, wheel: int, caution: int = 1) -> tuple[bool, list[Hundredths], Car]:
+def brake(ground: Ground, car: Car, wheel: int) -> tuple[bool, list[Hundredths], Car]:
     """Brake fully with the wheel held, in hundredths: whether the car stops, the actions, and the car after them.
 
-    If it crashes, the actions are those before the crash. For the caution see `move`.
+    If it crashes, the actions are those before the crash.
     """
     actions: list[Hundredths] = []
     x, y, heading, speed = car
     while abs(speed) > 0.05:
         pedal = round(min(max(-speed / PUSH, -1.0), 1.0) * 100)
-        there = move(ground, (x, y, heading, speed), pedal, wheel, caution)
+        there = move(ground, (x, y, heading, speed), pedal, wheel)
         if there is None:
             return False, actions, (x, y, heading, speed)
         x, y, heading, speed = there
@@ -202,10 +201,10 @@ def brake(ground: Ground, car: Car, wheel: int, caution: int = 1) -> tuple[bool,
 
 
 @compiled
-def can_stop(ground: Ground, car: Car, caution: int = 1) -> bool:
-    """Whether the car stops with one of the `BRAKES`; for the caution see `move`."""
+def can_stop(ground: Ground, car: Car) -> bool:
+    """Whether the car stops with one of the `BRAKES`."""
     for wheel in BRAKES:  # noqa: SIM110  # numba does not compile `any` of a generator
-        if brake(ground, car, round(wheel * 100), caution)[0]:
+        if brake(ground, car, round(wheel * 100))[0]:
             return True
     return False
 

@@ -8,7 +8,7 @@ less than those before them are computed.
 from math import atan2, ceil, cos, inf, pi, sin, sqrt
 from typing import NamedTuple
 
-from teachers.compiled import compiled
+from teachers.compiled import COMPILED, compiled
 from teachers.oracles.parking.model import HALF, STEPS, Car, Ground, has_room
 from teachers.oracles.parking.reeds_shepp import (
     NEAR,
@@ -117,10 +117,25 @@ def cheapest(targets: list[Target]) -> list[Path]:
                     path = _path(target, word)
                     if not found:
                         found.append(path)
-                    elif path < found[0]:
+                    elif (path.cost, path.number) < (found[0].cost, found[0].number):
                         found[0] = path
                     most = found[0].cost + _ROUNDING
     return found
+
+
+@compiled
+def _sorted(found: list[Path]) -> list[Path]:
+    """Sort few paths, in place. It compiles in a hundredth of the time that `sorted` takes."""
+    for at in range(1, len(found)):
+        path = found[at]
+        while at and (path.cost, path.number) < (found[at - 1].cost, found[at - 1].number):
+            found[at] = found[at - 1]
+            at -= 1
+        found[at] = path
+    return found
+
+
+_in_order = _sorted if COMPILED else sorted
 
 
 @compiled
@@ -133,7 +148,7 @@ def paths(targets: list[Target], most: float) -> list[Path]:
                 path = _path(target, word)
                 if path.cost <= most:
                     found.append(path)
-    return sorted(found)
+    return _in_order(found)
 
 
 @compiled

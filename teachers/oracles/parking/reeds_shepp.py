@@ -185,7 +185,7 @@ def nearby(x: float, y: float, turn: float, sine: float, cosine: float, most: fl
                         first = wrapped(atan2(q * a - way * p * b, way * p * a + q * b))
                         last = wrapped(first - u - u - way * bend)
                         if first >= -_TINY and last <= _TINY:
-                            found.append(_word(number + after, False, way, first, u, -u, last))
+                            found.append((number + after, (way * first, way * u, way * -u, way * last, 0.0)))
         share = (20 - p * p - q * q) / 16
         if 0 <= share <= 1:
             u = -acos(share)
@@ -195,7 +195,7 @@ def nearby(x: float, y: float, turn: float, sine: float, cosine: float, most: fl
                     first = wrapped(atan2(q * a - way * p * b, way * p * a + q * b))
                     last = wrapped(first - u + u - way * bend)
                     if first >= -_TINY and last >= -_TINY and first - 2 * u + last <= most:
-                        found.append(_word(number + 4 + after, False, way, first, u, u, last))
+                        found.append((number + 4 + after, (way * first, way * u, way * u, way * last, 0.0)))
     return found
 
 
