@@ -89,10 +89,13 @@ class Rivals(NamedTuple):
         wasted = teachers.live(weights, [TRIAL] * len(weights), lifetimes).mean(axis=1)
         return cls(moves, int(wasted.argmin()), teachers, weights)
 
+    def policy(self, training: int) -> Policy:
+        """What a training came to."""
+        return lambda seen: self.teachers.speaks(self.weights[training], seen)
+
     def policies(self) -> Mapping[str, Policy]:
-        """Both by name."""
-        best = self.weights[self.training]
-        return {NEAR: near_mistakes(moves=self.moves), LEARNED: lambda seen: self.teachers.speaks(best, seen)}
+        """The rule and the best training by name."""
+        return {NEAR: near_mistakes(moves=self.moves), LEARNED: self.policy(self.training)}
 
 
 def of_budgets(lifetimes: int) -> Iterator[Line]:
@@ -100,10 +103,10 @@ def of_budgets(lifetimes: int) -> Iterator[Line]:
     for case in BUDGETS:
         rivals, setting = Rivals.of(case, lifetimes), CASES[case].setting
         line: Line = {"case": case, "moves": rivals.moves, "training": rivals.training}
-        for name, policy in rivals.policies().items():
-            line[name] = listed(accompanied(policy, setting, range(FINAL, FINAL + lifetimes)))
-        means = rivals.teachers.live(rivals.weights, [FINAL] * len(rivals.weights), lifetimes).mean(axis=1)
-        yield line | {"trainings": listed(means)}
+        seeds = range(FINAL, FINAL + lifetimes)
+        line[NEAR] = listed(accompanied(near_mistakes(moves=rivals.moves), setting, seeds))
+        lives = [accompanied(rivals.policy(i), setting, seeds) for i in range(len(rivals.weights))]
+        yield line | {LEARNED: listed(lives[rivals.training]), "trainings": listed(np.mean(lives, axis=1))}
 
 
 def of_students(lifetimes: int) -> Iterator[Line]:
