@@ -13,9 +13,10 @@ from llf_teacher.suite.card import Card
 from llf_teacher.suite.mirror import TeacherCard, all_qualities, digest, take
 from llf_teacher.suite.mirror.qualities.fades import _fading
 from llf_teacher.suite.mirror.quality import ORDER, TaughtEpisode, TaughtWorld
+from llf_teacher.suite.places import ARMS
 from teachers.personality import parse_personality
 
-DIGEST = "d5a5e6400c990bf7"
+DIGEST = "b5a1cc66976c6675"
 
 
 def test_the_digest_is_that_of_the_version():
@@ -29,7 +30,7 @@ def test_a_quality_is_complete(name):
     assert name in ORDER
     assert set(each.rests_on) <= set(all_qualities()) - {name}
     assert all(parse_personality(spec) for spec in each.teachers)
-    assert {entry(id).family.name for id in each.ids} >= {"bandits"}
+    assert len({entry(id).family.name for id in each.ids}) >= 2
 
 
 @pytest.fixture(scope="module")
@@ -46,6 +47,12 @@ def test_known_teachers_have_known_scores(store):
     """An oracle is firm; of a liar it is not known."""
     assert scores("oracle", store, "pushback") == pytest.approx({"pushback": 1})
     assert scores("mistake(eps=1)", store, "pushback") == {"pushback": None}  # it never spoke truly
+
+
+def test_a_family_that_does_not_serve_a_teacher_does_not_count(store):
+    (line,) = take("noisy | only(kinds='hp')", store, ["fades"], quick=True, workers=1).lines
+    assert "llf-reco-movie-v0: the oracle lacks what the teacher needs" in line.why
+    assert set(line.places) <= {ARMS}
 
 
 def test_what_a_teacher_never_does_is_not_measured(store):
@@ -77,6 +84,18 @@ def test_calibration_is_unbiased_where_the_hedges_of_a_world_agree():
     wrong = [agreement([drawn(0.99, 0.6) for _ in range(12)]).mean() for _ in range(400)]
     assert abs(np.mean(right)) < 4 * np.std(right) / 20
     assert np.mean(wrong) == pytest.approx(-(0.39**2), abs=0.02)
+
+
+def test_use_is_the_regret_that_a_bit_saves():
+    """Over worlds the ratio of the means; what is said in a world in which nothing is known has no bits."""
+    use = all_qualities()["use"].outcome
+    silent = [lessons((), (), regrets=[4.0])]
+    one, other = ([lessons((), [atom(information={"bits": bits})], regrets=[1.0])] for bits in (1.0, 2.0))
+    found = use([TaughtWorld(one, silent), TaughtWorld(other, silent)])
+    assert found.mean() == pytest.approx(6 / 3)
+    assert found.tolist() == pytest.approx([2 + (3 - 2) / 1.5, 2 + (3 - 4) / 1.5])
+    unknown = [lessons((), [atom()], regrets=[1.0])]
+    assert np.isnan(use([TaughtWorld(unknown, silent)] * 2)).all()
 
 
 def test_fading_is_less_in_the_second_half():

@@ -3,6 +3,7 @@
 import hashlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
@@ -11,9 +12,11 @@ from numpy.typing import NDArray
 
 from llf_teacher import suite
 from llf_teacher.episodes.record import EpisodeSpec
+from llf_teacher.registry import entry
+from llf_teacher.speakers.parsing import needed_of
 from llf_teacher.studies import Results, load
 from llf_teacher.studies.analysis.statistics import LEAST
-from llf_teacher.studies.definition.custom_specs import teacher_spec
+from llf_teacher.studies.definition.custom_specs import parse_teacher, teacher_spec
 from llf_teacher.studies.definition.design import NEXT, TESTER
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.limits import Limits
@@ -82,8 +85,8 @@ def take(
         names: of qualities; without them all.
         quick: fewer seeds.
         store, key, workers, progress, turn_seconds: as in `llf_teacher.suite.take`.
-        worlds: number of worlds, 5 to 20; None: 20, or 10 if it is `quick`. With fewer than 10 no test of a card of
-            ten qualities can be significant.
+        worlds: number of worlds, 5 to 20; None: 20, or 10 if it is `quick`. With fewer than 9 no test of a card of
+            all qualities can be significant.
 
     Raises:
         ValueError: the teacher or a quality is unknown, `worlds` is not allowed, or an environment lacks what the
@@ -112,17 +115,32 @@ def _studies(teacher: str, asked: Iterable[Quality], seeds: Sequence[int]) -> It
     for group in groups.values():
         first = group[0]
         ids = tuple(dict.fromkeys(id for each in group for id in each.ids))
-        students = tuple(dict.fromkeys(student for each in group for student in each.students))
-        teachers = tuple(dict.fromkeys((*(other for each in group for other in each.teachers), teacher)))
+        fewer = {id: _asked([each for each in group if id in each.ids], teacher, id) for id in ids}
+        students, teachers = ([*dict.fromkeys(chain(*(each[name] for each in fewer.values())))] for name in _ASKED)
         common: dict[str, Any] = {"ids": ids, "students": students, "max_turns": first.turns}
         if not first.town:
-            options = {id: OPTIONS[id] for id in ids if id in OPTIONS}
-            yield Study(teachers=teachers, seeds=seeds, bits=first.bits or False, options=options, **common)
+            options, bits = {id: OPTIONS[id] for id in ids if id in OPTIONS}, first.bits or False
+            yield Study(teachers=teachers, seeds=seeds, bits=bits, options=options, fewer=fewer, **common)
             continue
         lessons = {"lessons": [1], "students": students, "teachers": teachers, "worlds": [NEXT]}
         for seed in seeds:
             options = {id: {**OPTIONS.get(id, {}), "town": seed} for id in ids}
             yield Study(teachers=(TESTER,), seeds=(seed,), transfer=lessons, options=options, **common)
+
+
+_ASKED = ("students", "teachers")
+
+
+def _asked(group: Sequence[Quality], teacher: str, id: str) -> dict[str, list[str]]:
+    """The students and teachers of qualities in an environment; without the teacher if its family does not serve it."""
+    others = (other for each in group for other in each.teachers)
+    teachers = dict.fromkeys((*others, *((teacher,) if _serves(id, teacher) else ())))
+    students = dict.fromkeys(student for each in group for student in each.students)
+    return dict(zip(_ASKED, (list(students), list(teachers)), strict=True))
+
+
+def _serves(id: str, teacher: str) -> bool:
+    return entry(id).family.serves(needed_of(parse_teacher(teacher)), **OPTIONS.get(id, {}))
 
 
 def _lesson(spec: EpisodeSpec) -> tuple[object, ...]:
@@ -164,6 +182,9 @@ def _scored(quality: Quality, teacher: str, lessons: _Lessons, seeds: Sequence[i
     for id in quality.ids:
         whole = [[lessons.world(quality, id, who, seed) for seed in seeds] for who in (teacher, *quality.teachers)]
         worlds = [[each for each in row if each] for row in whole]
+        if not _serves(id, teacher):
+            why[id] = "the oracle lacks what the teacher needs"
+            continue
         if any(len(row) < len(seeds) for row in worlds):
             missing = len(seeds) - min(map(len, worlds))
             why[id] = f"{missing} of {len(seeds)} worlds were not played"
