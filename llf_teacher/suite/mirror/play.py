@@ -1,9 +1,7 @@
 """The mirror as studies, and the scores of a teacher from the episodes that were played."""
 
-import hashlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import chain
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
@@ -21,7 +19,7 @@ from llf_teacher.studies.definition.design import NEXT, TESTER
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.limits import Limits
 from llf_teacher.studies.execution.runner import RunOptions
-from llf_teacher.suite.card import Card
+from llf_teacher.suite.card import Card, checksum
 from llf_teacher.suite.experiment import TURNS
 from llf_teacher.suite.mirror.quality import Quality, TaughtEpisode, TaughtWorld, all_qualities
 from llf_teacher.suite.places import OPTIONS
@@ -43,7 +41,7 @@ class TeacherCard(Card):
 
     role: ClassVar[str] = "teacher"
     about: ClassVar[str] = "what it is worth to known students"
-    scale: ClassVar[str] = "0: nothing of it        1: as the reference"
+    scale: ClassVar[str] = "0: nothing of it, 1: as the reference"
 
     @classmethod
     def ability_of(cls, name: str) -> str:
@@ -54,8 +52,8 @@ class TeacherCard(Card):
 def digest() -> str:
     """A digest of all that decides a score: of the files that define what is counted and with whom, as they are."""
     files = [_HERE / "population.py", _HERE / "quality.py", *sorted((_HERE / "qualities").glob("*.py"))]
-    values = [VERSION, f"{[SEEDS, QUICK_SEEDS, TURNS, LEVELS]}", *(file.read_text(encoding="utf-8") for file in files)]
-    return hashlib.sha256("\0".join(values).encode()).hexdigest()[:16]
+    texts = [file.read_text(encoding="utf-8") for file in files]
+    return checksum([VERSION, SEEDS, QUICK_SEEDS, TURNS, LEVELS, texts])
 
 
 def digest_for(path: Path | str) -> str:
@@ -94,10 +92,8 @@ def take(
         StudyError: the episodes cannot go on; those so far are stored.
     """
     spec, asked = teacher_spec(teacher), named("quality", names, all_qualities())
-    number = (QUICK_SEEDS if quick else SEEDS) if worlds is None else worlds
-    check_range("worlds", number, LEAST, SEEDS, int)
-    seeds = seeds_of(key)[:number]
-    studies = list(_studies(spec, asked.values(), seeds))
+    seeds = seeds_for(quick, key, worlds)
+    studies = list(studies_of(spec, asked.values(), seeds))
     options = RunOptions(limits=Limits(turn_seconds=turn_seconds), retry_failed=True, fail_fast=True)
     keys = {_lesson(each): each.key for study in studies for each in study.episodes()}
     found, lost = played(studies, store, workers, progress, options, FAILURES)
@@ -107,36 +103,34 @@ def take(
     return TeacherCard.of(spec, scores, found, lost, suite=VERSION, digest=digest(), key=key, quick=quick)
 
 
-def _studies(teacher: str, asked: Iterable[Quality], seeds: Sequence[int]) -> Iterator[Study]:
+def seeds_for(quick: bool = False, key: str = "", worlds: int | None = None) -> tuple[int, ...]:
+    """The seeds of the worlds, as many as `take` says.
+
+    Raises:
+        ValueError: so many are not allowed.
+    """
+    number = (QUICK_SEEDS if quick else SEEDS) if worlds is None else worlds
+    check_range("worlds", number, LEAST, SEEDS, int)
+    return seeds_of(key)[:number]
+
+
+def studies_of(teacher: str, asked: Iterable[Quality], seeds: Sequence[int]) -> Iterator[Study]:
     """The studies of all lessons: one for qualities of the same kind, or for each town."""
     groups: dict[tuple[object, ...], list[Quality]] = {}
     for each in asked:
-        groups.setdefault((each.town, each.bits, each.turns, each.zero), []).append(each)
+        groups.setdefault((each.town, each.bits, each.turns, each.zero, each.ids), []).append(each)
     for group in groups.values():
-        first = group[0]
-        ids = tuple(dict.fromkeys(id for each in group for id in each.ids))
-        fewer = {id: _asked([each for each in group if id in each.ids], teacher, id) for id in ids}
-        students, teachers = ([*dict.fromkeys(chain(*(each[name] for each in fewer.values())))] for name in _ASKED)
+        first, ids = group[0], [id for id in group[0].ids if _serves(id, teacher)]
+        students = tuple(dict.fromkeys(student for each in group for student in each.students))
+        teachers = tuple(dict.fromkeys((*(other for each in group for other in each.teachers), teacher)))
         common: dict[str, Any] = {"ids": ids, "students": students, "max_turns": first.turns}
-        if not first.town:
-            options, bits = {id: OPTIONS[id] for id in ids if id in OPTIONS}, first.bits or False
-            yield Study(teachers=teachers, seeds=seeds, bits=bits, options=options, fewer=fewer, **common)
-            continue
+        if ids and not first.town:
+            options = {id: OPTIONS[id] for id in ids if id in OPTIONS}
+            yield Study(teachers=teachers, seeds=seeds, bits=first.bits or False, options=options, **common)
         lessons = {"lessons": [1], "students": students, "teachers": teachers, "worlds": [NEXT]}
-        for seed in seeds:
+        for seed in seeds if ids and first.town else ():
             options = {id: {**OPTIONS.get(id, {}), "town": seed} for id in ids}
             yield Study(teachers=(TESTER,), seeds=(seed,), transfer=lessons, options=options, **common)
-
-
-_ASKED = ("students", "teachers")
-
-
-def _asked(group: Sequence[Quality], teacher: str, id: str) -> dict[str, list[str]]:
-    """The students and teachers of qualities in an environment; without the teacher if its family does not serve it."""
-    others = (other for each in group for other in each.teachers)
-    teachers = dict.fromkeys((*others, *((teacher,) if _serves(id, teacher) else ())))
-    students = dict.fromkeys(student for each in group for student in each.students)
-    return dict(zip(_ASKED, (list(students), list(teachers)), strict=True))
 
 
 def _serves(id: str, teacher: str) -> bool:

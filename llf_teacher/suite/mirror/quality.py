@@ -1,6 +1,5 @@
 """A quality of a teacher: what is counted in the lessons of known students, and its unit."""
 
-import pkgutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -122,6 +121,4 @@ class Quality:
 @cache
 def all_qualities() -> Mapping[str, Quality]:
     """Every quality by its name, in the order of a card: the modules of `llf_teacher.suite.mirror.qualities`."""
-    names = [module.name for module in pkgutil.iter_modules(qualities.__path__)]
-    found = {name: import_module(f"{qualities.__name__}.{name}").QUALITY for name in names}
-    return MappingProxyType(dict(sorted(found.items(), key=lambda each: ORDER.index(each[0]))))
+    return MappingProxyType({name: import_module(f"{qualities.__name__}.{name}").QUALITY for name in ORDER})
