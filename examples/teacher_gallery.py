@@ -1,6 +1,6 @@
 """The cards of fifteen teachers beside each other, among them one that guesses, one that compares and one that learns.
 
-    python examples/teacher_gallery.py --worlds 6 --key explore --plot docs/teacher-gallery.png
+    python examples/teacher_gallery.py --worlds 6 --key harvest --plot docs/teacher-gallery.png
 
 `--cards FOLDER` writes the cards, too.
 """
