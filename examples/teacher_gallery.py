@@ -70,7 +70,7 @@ def main() -> None:
             cards[-1].write(args.cards / f"{i:02}.json")
     print(f"\n{table(cards, 'teacher')}")
     if args.plot is not None:
-        plot(cards, 5).savefig(args.plot, dpi=90)
+        plot(cards, 6).savefig(args.plot, dpi=90)
 
 
 if __name__ == "__main__":
