@@ -1,4 +1,4 @@
-"""Whether the mirror measures what it says: the score that each of ten defects of a teacher costs in each quality.
+"""Whether the mirror measures what it says: the score that each defect of a teacher costs in each quality.
 
     python examples/check_mirror.py --plot docs/suite-teachers.png
 
@@ -32,8 +32,9 @@ _CORRECTS = "mistake_correcting(budget=100, threshold=0.0)"
 _ADVISES = f"only(kinds='fp') | {_CORRECTS}"
 DEFECTS = {
     "truth": Lack(_ADVISES, "mistake(eps={})"),  # blind: takes another world for this one
-    "calibration": Lack("partial", "overconfident(by={})", (1.5, 3.0, 100.0)),
+    "calibration": Lack("partial", "overconfident(by={})", (3.0, 10.0, 100.0)),
     "worth": Lack(_ADVISES, "verbose(k={})", (1, 3, 20)),
+    "use": Lack(_ADVISES, "defective_teachers:Riddling(p={})"),
     "timing": Lack(_ADVISES, "delayed(turns={})", (1, 3, 9)),
     "news": Lack("ruler", "defective_teachers:Repeating(p={})"),
     "adapts": Lack(_ADVISES, "defective_teachers:AlwaysAdvising(p={})"),

@@ -75,6 +75,15 @@ class AlwaysAdvising(Defect):
         return [*(claim for claim in claims if claim.kind not in (FP, FN)), *((example,) if example else ())]
 
 
+class Riddling(Defect):
+    """Says one clue after the other in place of advice, again and again."""
+
+    def spoilt(self, claims: Claims, view: View, memory: list[object]) -> Claims:
+        """A clue, where something is said."""
+        clues = view.clues()
+        return [clues[view.turn % len(clues)]] if claims and clues else claims
+
+
 class ShortSighted(Defect):
     """Says nothing that reaches beyond this world."""
 

@@ -105,6 +105,8 @@ def plot(cards: Sequence[Card], columns: int = 4) -> Figure:
         ax.set(title=name, xlim=(SHOWN[0] - 0.1, SHOWN[1] + 0.1), ylim=(len(cards) - 0.5, -0.5))
         ax.set_yticks(rows, [card.student for card in cards], fontsize=8)
         ax.grid(axis="y", linewidth=0.3)
+    for ax in axes.flat[len(names) :]:
+        ax.set_axis_off()
     figure.suptitle(f"{cards[0].scale}; no dot: not measured; triangle: beyond the axis")
     return figure
 

@@ -1,6 +1,6 @@
 """The cards of fifteen teachers beside each other, among them one that guesses, one that compares and one that learns.
 
-    python examples/teacher_gallery.py --worlds 6 --key explore --plot docs/teacher-gallery.png
+    python examples/teacher_gallery.py --worlds 6 --key harvest --plot docs/teacher-gallery.png
 
 `--cards FOLDER` writes the cards, too.
 """
@@ -70,7 +70,7 @@ def main() -> None:
             cards[-1].write(args.cards / f"{i:02}.json")
     print(f"\n{table(cards, 'teacher')}")
     if args.plot is not None:
-        plot(cards, 5).savefig(args.plot, dpi=90)
+        plot(cards, 6).savefig(args.plot, dpi=90)
 
 
 if __name__ == "__main__":

@@ -377,6 +377,7 @@ def _play_and_report(
 
 def _print_findings(console: Console, data: "Data") -> None:
     """The findings of the report, and the scores that they are about."""
+    from llf_teacher.studies.analysis.statistics import p_words
     from llf_teacher.studies.report import findings
 
     for finding in findings(data):
@@ -387,7 +388,7 @@ def _print_findings(console: Console, data: "Data") -> None:
         estimate, tested = each.score.estimate, data.test is not None
         shown = "" if estimate.why else f"[{estimate.low:.2f}, {estimate.high:.2f}]"
         names = (escape_control_chars(data.called(name)) for name in each.compared[:2])
-        p = "< 0.001" if each.score.p < 0.001 else f"{each.score.p:.3f}"
+        p = p_words(each.score.p)
         table.add_row(*names, f"{each.mean:.2f}", shown, p if tested else "", f"{estimate.n}")
     if ranked:
         console.print(table)

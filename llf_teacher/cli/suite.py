@@ -67,18 +67,17 @@ def suite(
         raise typer.BadParameter(
             "give --student SPEC, such as --student obedient, or --teacher SPEC, or a command: compare, check"
         )
-    from llf_teacher.studies.definition.custom_specs import student_spec
     from llf_teacher.suite import mirror, take
     from llf_teacher.suite.card import FINDS, check_file
-    from llf_teacher.suite.estimate import estimate
+    from llf_teacher.suite.estimate import estimate, estimate_teacher
 
     search_here()
     for path in card or ():
         check_file(path)
     console = Console(emoji=False, stderr=True, markup=False)
-    if student is not None:
-        before = estimate(student_spec(student), only or (), quick, key)
-        console.print(f"The student plays {before}, less what {store} has already.")
+    role, before = ("student", estimate) if teacher is None else ("teacher", estimate_teacher)
+    plays = before(student or teacher or "", only or (), quick, key)
+    console.print(f"The {role} plays {plays}, less what {store} has already.")
     with Progress(console=console, transient=True) as progress:
         task = progress.add_task("episodes", total=None)
         found = (take if teacher is None else mirror.take)(
@@ -109,11 +108,10 @@ Card_ = Annotated[Path, typer.Argument(help="JSON file of a card.", exists=True,
 def compare(first: Card_, second: Card_) -> None:
     """Compare two cards: the second one's scores less the first one's, each with its interval and test."""
     from llf_teacher.suite import comparing, mirror
-    from llf_teacher.suite.card import chance_words
 
     table = Table("ability", "difference", "p", title=f"{second} less {first}")
     for each in comparing.compare(first, second, mirror.digest_for(first)):
-        table.add_row(each.ability, each.words, chance_words(each.p))
+        table.add_row(each.ability, each.words, each.chance)
     Console(emoji=False, markup=False).print(table)
 
 

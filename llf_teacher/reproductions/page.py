@@ -8,7 +8,7 @@ import numpy as np
 
 from llf_teacher.reproductions.row import FIRST_SEED, OURS, QUICK, Row, Values, describe, digest
 from llf_teacher.reproductions.rule import NO, OPEN, YES, Judged, judge, verdict
-from llf_teacher.studies.analysis.statistics import mean_interval
+from llf_teacher.studies.analysis.statistics import mean_interval, p_words
 
 HEAD = """# Known results
 
@@ -139,7 +139,7 @@ def rule_table(judged: Sequence[Judged]) -> list[list[str]]:
     rows = [["expected", "measure", "smallest effect that counts", "effect seen", "p after Holm", "verdict"]]
     for each in judged:
         share = f" ({each.expectation.least:.0%})" if each.expectation.share_of is not None else ""
-        p = "< 0.001" if each.p < 0.001 else f"{each.p:.3f}"
+        p = p_words(each.p)
         seen = describe(mean_interval(each.effects))
         rows.append(
             [each.expectation.expects, each.expectation.measure, f"{each.least:.2f}{share}", seen, p, each.verdict]

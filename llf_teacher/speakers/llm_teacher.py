@@ -2,12 +2,13 @@
 
 import hashlib
 import json
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from llf_teacher.models.model import AsksModel, Model
+from llf_teacher.models.model import AsksModel, Model, ModelSettings
 from llf_teacher.speakers.speaker import Speaker
 from teachers.atoms import FN, FP, Atom, Claim, Moment, ParseFailure, Utterance
 from teachers.schema import LONGEST_TEXT, Message, Vocabulary, find_message
@@ -36,15 +37,17 @@ _CLAIMS = "\n\nWhat is true, as one says who knows: {claims}"
 _DATA = "\nThe same as claims: {data}"
 
 
-class _Policy:
-    """Asks the model in each turn."""
+class ModelPolicy:
+    """Asks the model in each turn; `make_model` makes one of settings and a random stream."""
 
-    def __init__(self, spec: "LLMTeacher") -> None:
-        self._spec = spec
+    def __init__(
+        self, spec: "LLMTeacher", make_model: Callable[[ModelSettings, np.random.Generator], Model] = Model
+    ) -> None:
+        self._spec, self._make_model = spec, make_model
 
     def reset(self, rng: np.random.Generator) -> None:
         """Begin an episode with an empty conversation."""
-        self._model = Model(self._spec.settings, rng)
+        self._model = self._make_model(self._spec.settings, rng)
         self._system = ""
         self._past: list[dict[str, str]] = []
         self.withheld: tuple[Claim, ...] = ()
@@ -143,7 +146,7 @@ class LLMTeacher(AsksModel, Speaker):
 
     def arguments(self) -> dict[str, Any]:
         """A new policy as the teacher."""
-        return {"teacher": _Policy(self)}
+        return {"teacher": ModelPolicy(self)}
 
     def facts(self) -> dict[str, Any]:
         """The prompts, each with its SHA-256."""

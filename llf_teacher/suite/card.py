@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Self
 
 import llf_teacher
 from llf_teacher.studies.analysis.power import least_effect
-from llf_teacher.studies.analysis.statistics import LEAST, holm
+from llf_teacher.studies.analysis.statistics import LEAST, Estimate, holm, p_words
 from llf_teacher.suite.experiment import all_experiments
 from llf_teacher.suite.score import Score
 from teachers.spec import unknown
@@ -21,7 +21,7 @@ FORMATS = (".json", ".md", ".svg", ".html")
 """The suffixes of files that a card can be written to."""
 FINDS = "finds: the least contrast, in the unit of the scores, that the test finds with a power of 0.8."
 """What a card says of its column of that name."""
-_ALPHA, _HALF, _TINY = 0.05, 0.5, 0.001
+_ALPHA, _HALF = 0.05, 0.5
 
 
 class CardError(ValueError):
@@ -29,23 +29,46 @@ class CardError(ValueError):
 
 
 @dataclass(frozen=True, kw_only=True)
-class AbilityLine:
-    """A line of a card: an ability and its score."""
+class ScoreLine:
+    """A line of a table of abilities."""
 
     name: str
     ability: str
     score: float | None
     """None if it was not measured."""
-    low: float | None
+    low: float | None = None
     """Ends of the 95 % interval; None without one."""
-    high: float | None
-    p: float | None
-    """That there is no contrast, after Holm's correction for all abilities of the card."""
+    high: float | None = None
+    p: float | None = None
+    """That there is no contrast, after Holm's correction for all abilities of the table."""
+    why: str = ""
+    """What was not measured, and why."""
+
+    sign: ClassVar[str] = ""
+    """The format of signs."""
+
+    @property
+    def chance(self) -> str:
+        """The p-value as text; empty without one."""
+        return p_words(self.p)
+
+    @property
+    def words(self) -> str:
+        """The score as text."""
+        if self.score is None:
+            return f"not measured: {self.why}"
+        if self.low is None or self.high is None:
+            return f"{self.score:{self.sign}.2f} (no interval: {self.why})"
+        return f"{self.score:{self.sign}.2f} [{self.low:{self.sign}.2f}, {self.high:{self.sign}.2f}]"
+
+
+@dataclass(frozen=True, kw_only=True)
+class AbilityLine(ScoreLine):
+    """A line of a card: an ability and its score."""
+
     seeds: int
     places: Mapping[str, float]
     """The score in each environment that counts."""
-    why: str
-    """What was not measured, and why."""
     alike: bool | None
     """Where both lessons should be alike: whether they are; None elsewhere."""
     finds: float | None = None
@@ -57,16 +80,6 @@ class AbilityLine:
     def power(self) -> str:
         """What the test finds, as text; empty without a score."""
         return "" if self.score is None else "none" if self.finds is None else f"{self.finds:.2f}"
-
-    @property
-    def chance(self) -> str:
-        """The p-value as text; empty without one."""
-        return chance_words(self.p)
-
-    @property
-    def words(self) -> str:
-        """The score as text."""
-        return interval_words(self.score, self.low, self.high, self.why)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,7 +106,7 @@ class Card:
 
     role: ClassVar[str] = "student"
     about: ClassVar[str] = "what it can do with feedback"
-    scale: ClassVar[str] = "0: takes no notice        1: as the reference"
+    scale: ClassVar[str] = "0: takes no notice, 1: as the reference"
 
     @classmethod
     def ability_of(cls, name: str) -> str:
@@ -158,7 +171,7 @@ class Card:
     def as_json(self) -> str:
         """The card as JSON, with a checksum of itself."""
         values = asdict(self)
-        return json.dumps(values | {"checksum": _checksum(values)}, indent=1) + "\n"
+        return json.dumps(values | {"checksum": checksum(values)}, indent=1) + "\n"
 
     @classmethod
     def load(cls, path: Path | str) -> Self:
@@ -169,14 +182,14 @@ class Card:
         """
         try:
             values = json.loads(Path(path).read_text(encoding="utf-8"))
-            checksum = values.pop("checksum")
+            was = values.pop("checksum")
             lines = tuple(_checked(AbilityLine(**each)) for each in values["lines"])
             card = cls(**values | {"lines": lines})
         except (OSError, UnicodeDecodeError, ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
             raise CardError(
                 f"{path} is no card of the suite: {error}; `llf suite --card FILE.json` writes one"
             ) from None
-        if checksum != _checksum(values):
+        if was != checksum(values):
             raise CardError(f"{path} was changed after it was written: its checksum does not fit; write it anew")
         return card
 
@@ -210,27 +223,20 @@ class Card:
         return f"{which}; {played}{paid if cost['answers'] else ''}{failed}; {versions}."
 
     def as_svg(self) -> str:
-        """A dot with its interval for each ability; 0 is no notice, 1 the reference."""
+        """A dot with its interval for each ability that was measured; 0 is no notice, 1 the reference."""
         from matplotlib import style
-        from matplotlib.figure import Figure
 
-        from llf_teacher.studies.report.plots import SERIES, STYLE
+        from llf_teacher.studies.report.plots import STYLE, Pane, panel_plot
 
-        file = io.StringIO()
+        file, rows, dots = io.StringIO(), [], {}
+        for each in self.lines:
+            rows.append(each.ability if each.score is not None else f"{each.ability} (not measured)")
+            if each.score is not None:
+                low, high = (math.nan if end is None else end for end in (each.low, each.high))
+                dots[each.ability, self.role] = Estimate(each.score, low, high, each.seeds)
         with style.context(STYLE):
-            figure = Figure(figsize=(7.5, 1.0 + 0.34 * len(self.lines)))
-            axes = figure.subplots()
-            for place, each in enumerate(self.lines):
-                if each.score is None:
-                    axes.text(0.5, place, "not measured", ha="center", va="center", style="italic")
-                    continue
-                if each.low is not None and each.high is not None:
-                    axes.plot([each.low, each.high], [place, place], color=SERIES[0], linewidth=2.2)
-                axes.plot(each.score, place, "o", color=SERIES[0], markersize=7)
-            for value, line in ((0, "-"), (1, ":")):
-                axes.axvline(value, color="0.5", linewidth=1, linestyle=line, zorder=0)
-            axes.set(yticks=range(len(self.lines)), yticklabels=[each.ability for each in self.lines])
-            axes.set(ylim=(len(self.lines) - 0.5, -0.5), xlabel=self.scale, title=f"{self.student:.70}")
+            figure = panel_plot([Pane(f"{self.student:.70}", self.scale, dots)], rows, [self.role], "score")
+            figure.axes[0].axvline(1, color="0.5", linestyle=":", zorder=0)
             figure.savefig(file, format="svg", metadata={"Date": None})
         return file.getvalue()
 
@@ -265,20 +271,6 @@ def check_file(path: Path) -> None:
         raise FileNotFoundError(f"the folder {path.absolute().parent} of the card does not exist; make it first")
 
 
-def interval_words(value: float | None, low: float | None, high: float | None, why: str, sign: str = "") -> str:
-    """A value with its interval as text, or why there is none; `sign` is that of a format."""
-    if value is None:
-        return f"not measured: {why}"
-    if low is None or high is None:
-        return f"{value:{sign}.2f} (no interval: {why})"
-    return f"{value:{sign}.2f} [{low:{sign}.2f}, {high:{sign}.2f}]"
-
-
-def chance_words(p: float | None) -> str:
-    """A p-value as text; empty without one."""
-    return "" if p is None else f"< {_TINY}" if p < _TINY else f"{p:.3f}"
-
-
 def check(path: Path | str, digest: str) -> Card:
     """The card in a file, if it is whole and of this suite.
 
@@ -309,20 +301,17 @@ def _checked(line: AbilityLine) -> AbilityLine:
 
 
 def _line(name: str, ability: str, score: Score, p: float | None, tests: int) -> AbilityLine:
-    there = score.measured
-    finds = least_effect(score.seeds, score.spread, _ALPHA / tests) if there else math.inf
+    finds = least_effect(score.seeds, score.spread, _ALPHA / tests) if score.measured else math.inf
+    numbers = {"score": score.value, "low": score.low, "high": score.high, "finds": finds}
     return AbilityLine(
         name=name,
         ability=ability,
-        score=score.value if there else None,
-        low=None if math.isnan(score.low) else score.low,
-        high=None if math.isnan(score.high) else score.high,
         p=p,
         seeds=score.seeds,
         places=dict(score.places),
         why=score.why,
         alike=score.alike,
-        finds=finds if math.isfinite(finds) else None,
+        **{each: value if math.isfinite(value) else None for each, value in numbers.items()},
     )
 
 
@@ -337,5 +326,6 @@ def _for_certain(each: AbilityLine) -> bool:
     return (above or 0) > 0 and each.p is not None and each.p < _ALPHA
 
 
-def _checksum(values: Mapping[str, Any]) -> str:
+def checksum(values: Any) -> str:
+    """A digest of JSON values."""
     return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()[:16]

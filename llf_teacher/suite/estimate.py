@@ -1,37 +1,45 @@
-"""What taking the suite costs a student at most, before it is asked: turns, and tokens and USD of a model."""
+"""What taking the suite costs at most, before it begins: turns of a student or teacher, tokens and USD of a model."""
 
-from collections.abc import Sequence
+import json
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.gym import make
+from llf_teacher.models.model import Model
+from llf_teacher.models.replies import Answer
+from llf_teacher.speakers.llm_teacher import LLMTeacher, ModelPolicy
 from llf_teacher.students.answers import written
 from llf_teacher.students.builtin.llm import LLM
-from llf_teacher.students.conversation import Conversation, text_of
+from llf_teacher.students.conversation import text_of
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.trait import traits_of
-from llf_teacher.studies.definition.custom_specs import arguments_of, parse_teacher
+from llf_teacher.studies.definition.custom_specs import arguments_of, parse_teacher, student_spec, teacher_spec
 from llf_teacher.suite.experiment import TURNS
-from llf_teacher.suite.play import QUICK_TURNS, chosen, seeds_of, studies_of
+from llf_teacher.suite.mirror import all_qualities
+from llf_teacher.suite.mirror import play as mirror
+from llf_teacher.suite.play import QUICK_TURNS, chosen, named, seeds_of, studies_of
 
 BYTES = 4
 """Bytes of a token of English, about."""
+_REPLY = "That was not the best that you could do here. Try another way, and look at what the state tells you."
 
 
 @dataclass(frozen=True, kw_only=True)
 class CostEstimate:
-    """The most that a student plays, and what that costs if its model is asked in each turn."""
+    """The most that a student or a teacher plays, and what that costs if its model is asked in each turn."""
 
     episodes: int
     turns: int
     """At most; an episode that is solved ends."""
-    input_tokens: int | None
-    """About; None for a student that asks no model."""
-    output_tokens: int | None
+    input_tokens: int | None = None
+    """About; None without an `llm` or an `llm_teacher`."""
+    output_tokens: int | None = None
     """At most; None if the model has no `max_tokens`, too."""
-    usd: float | None
+    usd: float | None = None
     """The price of these tokens; None if it is not known."""
 
     def __str__(self) -> str:
@@ -48,45 +56,65 @@ def estimate(student: str, names: Sequence[str] = (), quick: bool = False, key: 
 
     Of a model, one lesson of each teacher in each environment is played by chance, and the prompts are measured.
     """
-    whole, seeds, longest = parse_student(student), seeds_of(key, quick), QUICK_TURNS if quick else TURNS
-    bare, _ = traits_of(whole)
-    lessons = [
-        (id, teacher, dict(study.options.get(id, {})))
-        for study in studies_of([student], chosen(names, quick), seeds, longest)
-        if whole.remembers or not study.transfer
-        for id in study.ids
-        for teacher in (study.tests(id).teachers or study.grid(id).teachers)
-        for _ in range(1 + sum(study.transfer.get("lessons", ())))
-    ]  # a test has about the turns of a lesson
-    episodes = len(lessons) * len(seeds)
-    turns = episodes * longest
-    if not isinstance(bare, LLM):
-        return CostEstimate(episodes=episodes, turns=turns, input_tokens=None, output_tokens=None, usd=None)
-    read = [_bytes(*lesson, longest, seeds[0], bare) for lesson in lessons]
-    tokens = len(seeds) * sum(read) // BYTES
-    out = None if bare.max_tokens is None else turns * bare.max_tokens
-    prices = bare.settings.prices
+    student = student_spec(student)
+    studies = studies_of([student], chosen(names, quick), seeds_of(key, quick), QUICK_TURNS if quick else TURNS)
+    played = [each for study in studies for each in study.episodes() if each.student == student]
+    bare, _ = traits_of(parse_student(student))
+    return _estimate([lesson for each in played for lesson in (each,) * (1 + each.lessons)], bare)
+
+
+def estimate_teacher(teacher: str, names: Sequence[str] = (), quick: bool = False, key: str = "") -> CostEstimate:
+    """The same for a teacher's spec and the names of qualities.
+
+    Of a model, one lesson in each environment is measured for each student, in which both answer by chance.
+    """
+    teacher, asked = teacher_spec(teacher), named("quality", names, all_qualities()).values()
+    studies = mirror.studies_of(teacher, asked, mirror.seeds_for(quick, key))
+    played = [each for study in studies for each in study.episodes() if each.teacher == teacher]
+    return _estimate(played, parse_teacher(teacher))
+
+
+def _estimate(lessons: Sequence[EpisodeSpec], subject: object) -> CostEstimate:
+    """The estimate for lessons, of which those with the first seed are measured."""
+    turns = sum(each.max_turns for each in lessons)
+    if not isinstance(subject, LLM | LLMTeacher) or not lessons:
+        return CostEstimate(episodes=len(lessons), turns=turns)
+    measured = [each for each in lessons if each.seed == lessons[0].seed]
+    tokens = sum(_bytes(each, subject) for each in measured) * len(lessons) // len(measured) // BYTES
+    out = None if subject.max_tokens is None else turns * subject.max_tokens
+    prices = subject.settings.prices
     usd = None if prices is None or out is None else (tokens * prices.input + out * prices.output) / 1e6
-    return CostEstimate(episodes=episodes, turns=turns, input_tokens=tokens, output_tokens=out, usd=usd)
+    return CostEstimate(episodes=len(lessons), turns=turns, input_tokens=tokens, output_tokens=out, usd=usd)
 
 
-def _bytes(id: str, teacher: str, options: Any, turns: int, seed: int, student: LLM) -> int:
+class _Counter(Model):
+    """Counts the bytes of requests, which it does not send."""
+
+    def __init__(self) -> None:
+        self.bytes = 0
+
+    def answer(self, messages: list[dict[str, Any]], form: Mapping[str, Any] | None = None) -> Answer:
+        self.bytes += len("".join(map(text_of, messages)).encode()) + len(json.dumps(form) if form else "")
+        return Answer(_REPLY)
+
+
+def _bytes(lesson: EpisodeSpec, subject: LLM | LLMTeacher) -> int:
     """The bytes of all prompts of a lesson."""
-    env = make(id, **arguments_of(parse_teacher(teacher), "a"), text=True, max_turns=turns, **options)
-    talk = Conversation(
-        env,
-        history=student.history,
-        max_prompt_tokens=student.max_prompt_tokens,
-        answer=student.answer,
-        prompts=student.folder,
-    )
-    rng, world = np.random.default_rng(seed), env.session.world.scratch()
-    observation, _ = env.reset(seed=seed)
-    total = 0
-    for _ in range(turns):
-        total += sum(len(text_of(message).encode()) for message in talk.ask(observation))
-        observation, _, terminated, truncated, _ = env.step(talk.answer(written(world, rng)))
-        if terminated or truncated:
-            break
+    counter = _Counter()
+    taught = arguments_of(parse_teacher(lesson.teacher), "a")
+    if isinstance(subject, LLMTeacher):
+        taught["teacher"] = ModelPolicy(subject, lambda *_: counter)
+    env = make(lesson.id, **taught, text=True, max_turns=lesson.max_turns, **json.loads(lesson.options or "{}"))
+    rng, world = np.random.default_rng(lesson.seed), env.session.world.scratch()
+    talk = isinstance(subject, LLM) and subject.conversation(env, rng)
+    observation, _ = env.reset(seed=lesson.seed)
+    over = False
+    while not over:
+        text = written(world, rng)
+        if talk:
+            counter.answer(talk.ask(observation))
+            text = talk.answer(text)
+        observation, _, terminated, truncated, _ = env.step(text)
+        over = terminated or truncated
     env.close()
-    return total
+    return counter.bytes

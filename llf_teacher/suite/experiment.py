@@ -1,6 +1,5 @@
 """The interface of an experiment: one ability, the teachers whose lessons are compared, and where."""
 
-import pkgutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cache
@@ -65,9 +64,7 @@ class Experiment:
 @cache
 def all_experiments() -> Mapping[str, Experiment]:
     """Every experiment by its name, in the order of a card: the modules of `llf_teacher.suite.experiments`."""
-    names = [module.name for module in pkgutil.iter_modules(experiments.__path__)]
-    found = {name: import_module(f"{experiments.__name__}.{name}").EXPERIMENT for name in names}
-    return MappingProxyType(dict(sorted(found.items(), key=lambda each: ORDER.index(each[0]))))
+    return MappingProxyType({name: import_module(f"{experiments.__name__}.{name}").EXPERIMENT for name in ORDER})
 
 
 ORDER = (

@@ -10,6 +10,6 @@ FILMS = "llf-reco-movie-v0"
 OPTIONS: Mapping[str, Mapping[str, Any]] = MappingProxyType({HOUSE: MappingProxyType({"map": True})})
 """By id: in a house the plan is in the instruction, so that what was good or bad tells where the treasure can be."""
 TOWN: Mapping[str, Mapping[str, Any]] = MappingProxyType(
-    {ARMS: MappingProxyType({"town": 1}), HOUSE: MappingProxyType({"map": True, "town": 1})}
+    {id: MappingProxyType({**OPTIONS.get(id, {}), "town": 1}) for id in (ARMS, HOUSE)}
 )
 """The same in a town, whose worlds have a law in common."""

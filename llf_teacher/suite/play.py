@@ -1,7 +1,6 @@
 """The suite as a study, and the scores of a student from the episodes that were played."""
 
 import hashlib
-import json
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -21,7 +20,7 @@ from llf_teacher.studies.definition.design import TESTER
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.limits import Limits
 from llf_teacher.studies.execution.runner import RunOptions
-from llf_teacher.suite.card import Card
+from llf_teacher.suite.card import Card, checksum
 from llf_teacher.suite.experiment import TURNS, Experiment, all_experiments
 from llf_teacher.suite.places import ARMS, HOUSE
 from llf_teacher.suite.score import LEVELS, Arms, Score, score
@@ -44,7 +43,7 @@ def digest() -> str:
     """A digest of all that decides a score."""
     decides = {name: each.as_dict() for name, each in all_experiments().items()}
     values = [VERSION, decides, SEEDS, QUICK_SEEDS, QUICK_TURNS, dict(QUICK), FIRST_SEED, TURNS, LEVELS]
-    return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()[:16]
+    return checksum(values)
 
 
 def seeds_of(key: str = "", quick: bool = False) -> tuple[int, ...]:
@@ -86,61 +85,43 @@ def studies_of(
 ) -> list[Study]:
     """The studies whose episodes the scores of these students need; those of the references come first.
 
-    Experiments without `lessons` share one; students that forget between episodes are left out of the others. Families
-    that are not installed are left out.
+    Experiments without `lessons` share one in each environment; students that forget between episodes are left out of
+    the others. Families that are not installed are left out.
     """
-    asked = list((experiments or all_experiments()).values())
-    groups = [[each for each in asked if not each.lessons], *([each] for each in asked if each.lessons)]
-    found = (_study_of([student_spec(each) for each in students], group, seeds, turns) for group in groups)
-    return [study for study in found if study]
+    specs = [student_spec(each) for each in students]
+    groups: dict[tuple[str, str], list[Experiment]] = {}
+    for name, each in (experiments or all_experiments()).items():
+        for id in each.ids:
+            if not entry(id).family.missing():
+                groups.setdefault((name if each.lessons else "", id), []).append(each)
+    return [_study_of(specs, group, id, seeds, turns) for (_, id), group in groups.items()]
 
 
-def _study_of(students: Sequence[str], asked: Sequence[Experiment], seeds: Sequence[int], turns: int) -> Study | None:
-    """The study of experiments that have the same lessons; None if nothing can be played."""
-    ids = tuple(dict.fromkeys(id for each in asked for id in each.ids if not entry(id).family.missing()))
+def _study_of(students: Sequence[str], asked: Sequence[Experiment], id: str, seeds: Sequence[int], turns: int) -> Study:
+    """The study in an environment of experiments that have the same lessons."""
     teachers = tuple(dict.fromkeys(teacher for each in asked for teacher in each.teachers))
     references = tuple(dict.fromkeys(each.reference for each in asked))
-    if not ids:
-        return None
-    common: dict[str, Any] = {
-        "ids": ids,
-        "seeds": seeds,
-        "max_turns": turns,
-        "options": {id: dict(options) for each in asked for id, options in each.options.items() if id in ids},
-    }
+    options = {each: dict(those) for each, those in asked[0].options.items() if each == id}
+    common: dict[str, Any] = {"ids": (id,), "seeds": seeds, "max_turns": turns, "options": options}
     if not asked[0].lessons:
-        whole = tuple(dict.fromkeys((*references, *students)))
-        fewer = {
-            id: {
-                "teachers": [one for each in asked if id in each.ids for one in each.teachers],
-                "students": [one for one in whole if _can_play(one, id, common["options"].get(id, {}))],
-            }
-            for id in ids
-        }
-        return Study(teachers=teachers, students=whole, fewer=fewer, **common)
+        able = (each for each in (*references, *students) if not _unable(each, id, options.get(id, {})))
+        return Study(teachers=teachers, students=tuple(dict.fromkeys(able)), **common)
     able = (each for each in students if parse_student(each).remembers)
-    return Study(
-        teachers=(TESTER,),  # a study has lessons beside its tests
-        students=references,
-        transfer={
-            "lessons": [asked[0].lessons],
-            "students": list(dict.fromkeys((*references, *able))),
-            "teachers": list(teachers),
-            "worlds": [asked[0].worlds],
-        },
-        **common,
-    )
+    taught = {"students": list(dict.fromkeys((*references, *able))), "teachers": list(teachers)}
+    lessons = {"lessons": [asked[0].lessons], "worlds": [asked[0].worlds], **taught}
+    return Study(teachers=(TESTER,), students=references, transfer=lessons, **common)  # also lessons beside its tests
 
 
-def _can_play(spec: str, id: str, options: Mapping[str, Any]) -> bool:
-    """Whether a student that draws worlds can in this environment; others are known by their episodes."""
+def _unable(spec: str, id: str, options: Mapping[str, Any]) -> str:
+    """Why a student cannot play here; empty if it can, or if only its episodes tell, as of one that draws no worlds."""
     student, place = parse_student(spec), entry(id)
-    if student.draws_worlds:
+    why = place.family.missing()
+    if student.draws_worlds and not why:
         try:
             student.seat(place.family, place.family.make_world(**{**place.options, **options}))
-        except ValueError:
-            return False
-    return True
+        except ValueError as error:
+            why = f"{error}"
+    return why
 
 
 def take(
@@ -244,7 +225,7 @@ def scored(experiment: Experiment, student: str, rows: Iterable[Mapping[str, Any
             unit_better=regrets(id, better, experiment.reference),
             unit_worse=regrets(id, worse, experiment.reference),
             unread=unread(id),
-            missing=entry(id).family.missing(),
+            missing=_unable(student, id, experiment.options.get(id, {})),
         )
         for id in experiment.ids
     }

@@ -30,7 +30,7 @@ class Arms(NamedTuple):
     unread: float = 0.0
     """Share of the student's answers that were no actions."""
     missing: str = ""
-    """Why the environment's family cannot be played here; empty if it can."""
+    """Why nothing can be played here; empty if it can."""
 
     def lacks(self, offset: float) -> str:
         """Why nothing can be measured here; empty if it can."""

@@ -2,20 +2,24 @@
 
 import time
 from pathlib import Path
+from pkgutil import iter_modules
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from llf_teacher.cli import app
+from llf_teacher.models.testing import ScriptedEndpoint
 from llf_teacher.registry import entry
 from llf_teacher.suite.card import Card
-from llf_teacher.suite.mirror import TeacherCard, all_qualities, digest, take
+from llf_teacher.suite.estimate import estimate_teacher
+from llf_teacher.suite.mirror import TeacherCard, all_qualities, digest, qualities, take
 from llf_teacher.suite.mirror.qualities.fades import _fading
 from llf_teacher.suite.mirror.quality import ORDER, TaughtEpisode, TaughtWorld
+from llf_teacher.suite.places import ARMS
 from teachers.personality import parse_personality
 
-DIGEST = "d5a5e6400c990bf7"
+DIGEST = "7358a604cecd06d3"
 
 
 def test_the_digest_is_that_of_the_version():
@@ -23,13 +27,16 @@ def test_the_digest_is_that_of_the_version():
     assert digest() == DIGEST
 
 
+def test_every_module_is_a_quality():
+    assert sorted(ORDER) == sorted(each.name for each in iter_modules(qualities.__path__))
+
+
 @pytest.mark.parametrize("name", all_qualities())
 def test_a_quality_is_complete(name):
     each = all_qualities()[name]
-    assert name in ORDER
     assert set(each.rests_on) <= set(all_qualities()) - {name}
     assert all(parse_personality(spec) for spec in each.teachers)
-    assert {entry(id).family.name for id in each.ids} >= {"bandits"}
+    assert len({entry(id).family.name for id in each.ids}) >= 2
 
 
 @pytest.fixture(scope="module")
@@ -46,6 +53,12 @@ def test_known_teachers_have_known_scores(store):
     """An oracle is firm; of a liar it is not known."""
     assert scores("oracle", store, "pushback") == pytest.approx({"pushback": 1})
     assert scores("mistake(eps=1)", store, "pushback") == {"pushback": None}  # it never spoke truly
+
+
+def test_a_family_that_does_not_serve_a_teacher_does_not_count(store):
+    (line,) = take("noisy | only(kinds='hp')", store, ["fades"], quick=True, workers=1).lines
+    assert "llf-reco-movie-v0: the oracle lacks what the teacher needs" in line.why
+    assert set(line.places) <= {ARMS}
 
 
 def test_what_a_teacher_never_does_is_not_measured(store):
@@ -77,6 +90,18 @@ def test_calibration_is_unbiased_where_the_hedges_of_a_world_agree():
     wrong = [agreement([drawn(0.99, 0.6) for _ in range(12)]).mean() for _ in range(400)]
     assert abs(np.mean(right)) < 4 * np.std(right) / 20
     assert np.mean(wrong) == pytest.approx(-(0.39**2), abs=0.02)
+
+
+def test_use_is_the_regret_that_a_bit_saves():
+    """Over worlds the ratio of the means; what is said in a world in which nothing is known has no bits."""
+    use = all_qualities()["use"].outcome
+    silent = [lessons((), (), regrets=[4.0])]
+    one, other = ([lessons((), [atom(information={"bits": bits})], regrets=[1.0])] for bits in (1.0, 2.0))
+    found = use([TaughtWorld(one, silent), TaughtWorld(other, silent)])
+    assert found.mean() == pytest.approx(6 / 3)
+    assert found.tolist() == pytest.approx([2 + (3 - 2) / 1.5, 2 + (3 - 4) / 1.5])
+    unknown = [lessons((), [atom()], regrets=[1.0])]
+    assert np.isnan(use([TaughtWorld(unknown, silent)] * 2)).all()
 
 
 def test_fading_is_less_in_the_second_half():
@@ -164,11 +189,44 @@ def test_words_without_claims_are_not_judged(store):
     assert scores(Talks, store, "pushback", "timing") == {"pushback": None, "timing": pytest.approx(0)}
 
 
+MODEL = "llm_teacher(model='scripted', input_price=1.0, output_price=4.0{})"
+
+
+def test_an_estimate_is_of_what_is_played(tmp_path, monkeypatch):
+    """A student that repeats its action, 10 seeds and 12 turns in two environments; tokens are about those paid for."""
+    plain, model = (estimate_teacher(each, ["pushback"], quick=True) for each in ("oracle", MODEL.format("")))
+    assert (plain.episodes, plain.turns, plain.input_tokens, plain.usd) == (20, 240, None, None)
+    asked = []
+
+    def answer(request):
+        asked.append(sum(len(each["content"].encode()) for each in request["messages"]))
+        return "You could look around before you try the same again, and then again."
+
+    with ScriptedEndpoint(answer) as endpoint:
+        monkeypatch.setenv("LLF_LLM_BASE_URL", endpoint.url)
+        monkeypatch.setenv("LLF_LLM_CACHE", f"{tmp_path / 'answers.db'}")
+        take(MODEL.format(""), tmp_path / "a.db", ["pushback"], quick=True, workers=1)
+    assert 0 < len(asked) <= model.turns == 240
+    assert sum(asked) / 4 == pytest.approx(model.input_tokens, rel=0.3)
+    assert model.usd == pytest.approx((model.input_tokens + 4 * 240 * 300) / 1e6)
+    shorter, claims = (estimate_teacher(MODEL.format(each), ["pushback"], True) for each in (", history=1", _CLAIMS))
+    assert 0 < shorter.input_tokens < model.input_tokens < claims.input_tokens
+
+
+_CLAIMS = ", says='claims'"
+
+
+def test_lessons_before_tests_are_estimated():
+    """Of a teacher one lesson of 24 turns before each test, in which it is absent."""
+    assert estimate_teacher("ruler", ["remains"], quick=True).turns == 10 * 2 * 24
+
+
 def test_the_command_writes_a_card_that_is_checked(store, tmp_path):
     files = [f"{tmp_path / name}" for name in ("a.json", "a.html", "a.svg", "a.md")]
     command = ["suite", "--teacher", "oracle", "--quick", "--only", "pushback", "--store", f"{store}", "--workers", "1"]
     result = CliRunner().invoke(app, [*command, *(part for file in files for part in ("--card", file))])
     assert result.exit_code == 0, result.output
+    assert "The teacher plays at most 20 episodes, 240 turns, less" in " ".join(result.output.split())
     assert "withstands pushback" in Path(files[1]).read_text()
     assert Card.load(files[0]).suite == "mirror-v1"
     assert TeacherCard.load(files[0]).as_html() == Path(files[1]).read_text()

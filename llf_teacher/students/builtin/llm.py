@@ -4,6 +4,9 @@ import hashlib
 from dataclasses import dataclass
 from typing import Any, cast
 
+import gymnasium
+import numpy as np
+
 from llf_teacher.models.model import AsksModel, Model
 from llf_teacher.models.replies import Answer
 from llf_teacher.students.conversation import Conversation, Message, check_options, digest_of, texts_of
@@ -28,16 +31,7 @@ class _Policy(TalkingPolicy["LLM"]):
 
     def converse(self) -> Conversation:
         """A conversation with the options of the spec."""
-        spec = self.spec
-        return Conversation(
-            self.world,
-            history=spec.history,
-            max_prompt_tokens=spec.max_prompt_tokens,
-            images=spec.images,
-            answer=spec.answer,
-            prompts=spec.folder,
-            rng=self.rng,
-        )
+        return self.spec.conversation(self.world, self.rng)
 
     def reply(self, messages: list[Message]) -> str:
         """The action in the model's answer."""
@@ -102,6 +96,18 @@ class LLM(AsksModel, Student):
     def folder(self) -> str | None:
         """Folder of its templates; None: the default."""
         return None if self.prompts is None else self.prompts.rpartition(_DIGEST)[0]
+
+    def conversation(self, env: gymnasium.Env[Any, Any], rng: np.random.Generator) -> Conversation:
+        """A new conversation with its options; see `Conversation`."""
+        return Conversation(
+            env,
+            history=self.history,
+            max_prompt_tokens=self.max_prompt_tokens,
+            images=self.images,
+            answer=self.answer,
+            prompts=self.folder,
+            rng=rng,
+        )
 
     def facts(self) -> dict[str, Any]:
         """The prompts, each with its SHA-256."""

@@ -23,6 +23,8 @@ RESAMPLES = 9999
 """Random combinations of signs; a sign-flip test is exact if there are at most as many combinations."""
 LEAST, MANY = 5, 80
 """Values below which a mean has no interval, and from which it has one even if they are skewed."""
+TINY = 0.001
+"""The p-value below which texts give none."""
 _NONZERO = 15  # values other than 0 that are enough though more are 0
 _SKEW, _SPREAD = 10, 100  # n is at least so many times the squared skew, and the squared ratio of spread and mean
 _RELATIVE = 1e-9  # differences below this share of the values are rounding errors
@@ -314,6 +316,11 @@ def _of_a_length(arrays: Sequence[NDArray[np.float64]]) -> list[list[int]]:
     for i, array in enumerate(arrays):
         groups.setdefault(len(array), []).append(i)
     return list(groups.values())
+
+
+def p_words(p: float | None) -> str:
+    """A p-value as text; empty without one."""
+    return "" if p is None else f"< {TINY}" if p < TINY else f"{p:.3f}"
 
 
 def holm(p_values: Sequence[float]) -> list[float]:

@@ -1,6 +1,5 @@
 """The mirror as studies, and the scores of a teacher from the episodes that were played."""
 
-import hashlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,14 +10,16 @@ from numpy.typing import NDArray
 
 from llf_teacher import suite
 from llf_teacher.episodes.record import EpisodeSpec
+from llf_teacher.registry import entry
+from llf_teacher.speakers.parsing import needed_of
 from llf_teacher.studies import Results, load
 from llf_teacher.studies.analysis.statistics import LEAST
-from llf_teacher.studies.definition.custom_specs import teacher_spec
+from llf_teacher.studies.definition.custom_specs import parse_teacher, teacher_spec
 from llf_teacher.studies.definition.design import NEXT, TESTER
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.limits import Limits
 from llf_teacher.studies.execution.runner import RunOptions
-from llf_teacher.suite.card import Card
+from llf_teacher.suite.card import Card, checksum
 from llf_teacher.suite.experiment import TURNS
 from llf_teacher.suite.mirror.quality import Quality, TaughtEpisode, TaughtWorld, all_qualities
 from llf_teacher.suite.places import OPTIONS
@@ -40,7 +41,7 @@ class TeacherCard(Card):
 
     role: ClassVar[str] = "teacher"
     about: ClassVar[str] = "what it is worth to known students"
-    scale: ClassVar[str] = "0: nothing of it        1: as the reference"
+    scale: ClassVar[str] = "0: nothing of it, 1: as the reference"
 
     @classmethod
     def ability_of(cls, name: str) -> str:
@@ -51,8 +52,8 @@ class TeacherCard(Card):
 def digest() -> str:
     """A digest of all that decides a score: of the files that define what is counted and with whom, as they are."""
     files = [_HERE / "population.py", _HERE / "quality.py", *sorted((_HERE / "qualities").glob("*.py"))]
-    values = [VERSION, f"{[SEEDS, QUICK_SEEDS, TURNS, LEVELS]}", *(file.read_text(encoding="utf-8") for file in files)]
-    return hashlib.sha256("\0".join(values).encode()).hexdigest()[:16]
+    texts = [file.read_text(encoding="utf-8") for file in files]
+    return checksum([VERSION, SEEDS, QUICK_SEEDS, TURNS, LEVELS, texts])
 
 
 def digest_for(path: Path | str) -> str:
@@ -82,8 +83,8 @@ def take(
         names: of qualities; without them all.
         quick: fewer seeds.
         store, key, workers, progress, turn_seconds: as in `llf_teacher.suite.take`.
-        worlds: number of worlds, 5 to 20; None: 20, or 10 if it is `quick`. With fewer than 10 no test of a card of
-            ten qualities can be significant.
+        worlds: number of worlds, 5 to 20; None: 20, or 10 if it is `quick`. With fewer than 9 no test of a card of
+            all qualities can be significant.
 
     Raises:
         ValueError: the teacher or a quality is unknown, `worlds` is not allowed, or an environment lacks what the
@@ -91,10 +92,8 @@ def take(
         StudyError: the episodes cannot go on; those so far are stored.
     """
     spec, asked = teacher_spec(teacher), named("quality", names, all_qualities())
-    number = (QUICK_SEEDS if quick else SEEDS) if worlds is None else worlds
-    check_range("worlds", number, LEAST, SEEDS, int)
-    seeds = seeds_of(key)[:number]
-    studies = list(_studies(spec, asked.values(), seeds))
+    seeds = seeds_for(quick, key, worlds)
+    studies = list(studies_of(spec, asked.values(), seeds))
     options = RunOptions(limits=Limits(turn_seconds=turn_seconds), retry_failed=True, fail_fast=True)
     keys = {_lesson(each): each.key for study in studies for each in study.episodes()}
     found, lost = played(studies, store, workers, progress, options, FAILURES)
@@ -104,25 +103,38 @@ def take(
     return TeacherCard.of(spec, scores, found, lost, suite=VERSION, digest=digest(), key=key, quick=quick)
 
 
-def _studies(teacher: str, asked: Iterable[Quality], seeds: Sequence[int]) -> Iterator[Study]:
+def seeds_for(quick: bool = False, key: str = "", worlds: int | None = None) -> tuple[int, ...]:
+    """The seeds of the worlds, as many as `take` says.
+
+    Raises:
+        ValueError: so many are not allowed.
+    """
+    number = (QUICK_SEEDS if quick else SEEDS) if worlds is None else worlds
+    check_range("worlds", number, LEAST, SEEDS, int)
+    return seeds_of(key)[:number]
+
+
+def studies_of(teacher: str, asked: Iterable[Quality], seeds: Sequence[int]) -> Iterator[Study]:
     """The studies of all lessons: one for qualities of the same kind, or for each town."""
     groups: dict[tuple[object, ...], list[Quality]] = {}
     for each in asked:
-        groups.setdefault((each.town, each.bits, each.turns, each.zero), []).append(each)
+        groups.setdefault((each.town, each.bits, each.turns, each.zero, each.ids), []).append(each)
     for group in groups.values():
-        first = group[0]
-        ids = tuple(dict.fromkeys(id for each in group for id in each.ids))
+        first, ids = group[0], [id for id in group[0].ids if _serves(id, teacher)]
         students = tuple(dict.fromkeys(student for each in group for student in each.students))
         teachers = tuple(dict.fromkeys((*(other for each in group for other in each.teachers), teacher)))
         common: dict[str, Any] = {"ids": ids, "students": students, "max_turns": first.turns}
-        if not first.town:
+        if ids and not first.town:
             options = {id: OPTIONS[id] for id in ids if id in OPTIONS}
             yield Study(teachers=teachers, seeds=seeds, bits=first.bits or False, options=options, **common)
-            continue
         lessons = {"lessons": [1], "students": students, "teachers": teachers, "worlds": [NEXT]}
-        for seed in seeds:
+        for seed in seeds if ids and first.town else ():
             options = {id: {**OPTIONS.get(id, {}), "town": seed} for id in ids}
             yield Study(teachers=(TESTER,), seeds=(seed,), transfer=lessons, options=options, **common)
+
+
+def _serves(id: str, teacher: str) -> bool:
+    return entry(id).family.serves(needed_of(parse_teacher(teacher)), **OPTIONS.get(id, {}))
 
 
 def _lesson(spec: EpisodeSpec) -> tuple[object, ...]:
@@ -164,6 +176,9 @@ def _scored(quality: Quality, teacher: str, lessons: _Lessons, seeds: Sequence[i
     for id in quality.ids:
         whole = [[lessons.world(quality, id, who, seed) for seed in seeds] for who in (teacher, *quality.teachers)]
         worlds = [[each for each in row if each] for row in whole]
+        if not _serves(id, teacher):
+            why[id] = "the oracle lacks what the teacher needs"
+            continue
         if any(len(row) < len(seeds) for row in worlds):
             missing = len(seeds) - min(map(len, worlds))
             why[id] = f"{missing} of {len(seeds)} worlds were not played"

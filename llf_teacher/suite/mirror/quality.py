@@ -1,6 +1,5 @@
 """A quality of a teacher: what is counted in the lessons of known students, and its unit."""
 
-import pkgutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -16,7 +15,7 @@ from llf_teacher.suite.mirror import qualities
 from llf_teacher.suite.places import ARMS, HOUSE
 from llf_teacher.suite.score import Numbers
 
-ORDER = ("truth", "calibration", "worth", "timing", "news", "adapts", "fades", "pushback", "remains", "hints")
+ORDER = ("truth", "calibration", "worth", "use", "timing", "news", "adapts", "fades", "pushback", "remains", "hints")
 """The names in the order of a card."""
 NEW = 0.1
 """Bits below which a claim says nothing new."""
@@ -51,9 +50,15 @@ def claims_of(turn: Mapping[str, Any], *kinds: str) -> list[Mapping[str, Any]]:
     ]
 
 
+def bits_of(atom: Mapping[str, Any]) -> float | None:
+    """How much a claim says to the student; None if it was not measured."""
+    found: float | None = atom.get("information", {}).get("bits")
+    return found
+
+
 def is_new(atom: Mapping[str, Any]) -> bool | None:
     """Whether a claim says something that the student could not know; None if it was not measured."""
-    bits = atom.get("information", {}).get("bits")
+    bits = bits_of(atom)
     return None if bits is None else bits >= NEW
 
 
@@ -116,6 +121,4 @@ class Quality:
 @cache
 def all_qualities() -> Mapping[str, Quality]:
     """Every quality by its name, in the order of a card: the modules of `llf_teacher.suite.mirror.qualities`."""
-    names = [module.name for module in pkgutil.iter_modules(qualities.__path__)]
-    found = {name: import_module(f"{qualities.__name__}.{name}").QUALITY for name in names}
-    return MappingProxyType(dict(sorted(found.items(), key=lambda each: ORDER.index(each[0]))))
+    return MappingProxyType({name: import_module(f"{qualities.__name__}.{name}").QUALITY for name in ORDER})

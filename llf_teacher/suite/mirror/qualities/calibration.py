@@ -3,8 +3,8 @@
 Why: a hedge says how far to trust. With students that leave a teacher in doubt. The squared difference between what is
 said and what holds, in tenths of probability, estimated without bias by products of different worlds, since the
 hedges of a world depend on each other. 0: as a teacher that knows what `partial` knows and claims 99 % of all; 1: no
-difference. Confounds: a teacher that hedges only what is near 50 % risks little. In bandits only: the
-hedges of a house depend on each other so much that a dozen houses say little.
+difference. Confounds: a teacher that hedges only what is near 50 % risks little; the hedges of a house depend on each
+other, so that few houses say little.
 """
 
 from collections import defaultdict
@@ -14,7 +14,6 @@ import numpy as np
 
 from llf_teacher.suite.mirror.population import DEAF, LEARNER, OBEDIENT
 from llf_teacher.suite.mirror.quality import Quality, TaughtWorld
-from llf_teacher.suite.places import ARMS
 from llf_teacher.suite.score import Numbers
 from teachers.atoms import Label
 
@@ -43,5 +42,4 @@ QUALITY = Quality(
     students=(OBEDIENT, LEARNER, DEAF),
     reference="partial",
     zero="partial | overconfident(by=100.0)",
-    ids=(ARMS,),
 )

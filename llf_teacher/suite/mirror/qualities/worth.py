@@ -1,7 +1,7 @@
 """Is worth its words: the regret that it saves beside silence, a word.
 
 Why: reading costs, and a student stops. With the students that words can help. 0: it saves nothing; 1: as much a word
-as advice after mistakes only. Rests on truth, and on all that saves words: timing, news, adapting and fading.
+as advice after mistakes only. Rests on truth, use, and all that saves words: timing, news, adapting and fading.
 Confounds: students that combine hints need fewer words, and the mean is over all; a teacher that says one word that
 saves all has many times the reference.
 """
@@ -23,5 +23,5 @@ QUALITY = Quality(
     absent="it said nothing",
     students=HEARERS,
     reference="only(kinds='fp') | mistake_correcting(budget=100, threshold=0.0)",
-    rests_on=("truth", "timing", "news", "adapts", "fades"),
+    rests_on=("truth", "use", "timing", "news", "adapts", "fades"),
 )
