@@ -31,6 +31,16 @@ def test_own_oracle():
     assert out.splitlines()[-1] == "True"
 
 
+def test_where_a_turn_goes():
+    rows = printed("where_a_turn_goes", "llf-optimization-Booth-v0", "--steps", 20, "--profiles", 1).splitlines()[2:]
+    for row in rows:
+        shares = [int(cell) for cell in row.strip("| ").split(" | ")[2:]]
+        assert len(shares) == 4
+        assert min(shares) > 0
+        assert sum(shares) < 100
+    assert len(rows) == 2
+
+
 def test_teaching_on_a_budget(tmp_path):
     out = printed("teaching_on_a_budget", "--seeds", 2, "--episodes", 5, "--plot", tmp_path / "plot.png")
     assert out.count("| mistake correcting | ") == 2
