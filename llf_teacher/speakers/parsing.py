@@ -63,6 +63,11 @@ def needed_of(teacher: Personality | Speaker) -> Personality | str:
     return teacher if isinstance(teacher, Personality) else getattr(teacher, "personality", "oracle")
 
 
+def speaks_freely(teacher: Any) -> bool:
+    """Whether a teacher may speak in words of its own: a person, a model, a policy, or with a voice that rewrites."""
+    return bool(getattr(teacher, "own_words", False))
+
+
 def parse_reader(reader: Any) -> Any:
     """The last layer that the spec of a reader names, as `pz_envs.checking.Model` has it; None for `none` and `near`.
 
@@ -83,3 +88,9 @@ def parse_reader(reader: Any) -> Any:
     if not callable(function):
         raise ValueError(f"reader {call.path!r} is unknown; allowed: {allowed}")
     return function
+
+
+def reader_spec(reader: Any) -> str:
+    """The spec of a reader in canonical form; errors as of `parse_reader`."""
+    found = parse_reader(reader)
+    return f"{found}" if isinstance(found, Spec) else f"{reader}"
