@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from llf_teacher.models.replies import LENGTH
 from teachers import common
 from teachers.atoms import FP, KINDS, Atom, Claim, Label, action_of
-from teachers.schema import sentences_of
+from teachers.schema import sentences_of, without
 
 if TYPE_CHECKING:
     from pz_envs.checking import CheckedSentence
@@ -220,13 +220,6 @@ class Record(NamedTuple):
 
 READINGS = ("read_exact", "read_near", "read_false", "read_model", "model_false", "unread")
 """Columns of what was read of a teacher's own words."""
-
-
-def without(feedback: str, texts: Iterable[str]) -> str:
-    """Feedback without the texts of its claims."""
-    for text in texts:
-        feedback = feedback.replace(text, "", 1)
-    return feedback
 
 
 def unchecked(feedback: str, texts: Iterable[str]) -> int:

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from llf_teacher.episodes.record import EpisodeRow, TurnRow, as_dict, reading_as_dict, summary, unchecked, without
+from llf_teacher.episodes.record import EpisodeRow, TurnRow, as_dict, reading_as_dict, summary, unchecked
 from llf_teacher.serialization import to_json
 from llf_teacher.speakers.parsing import NOBODY, parse_reader
 from pz_envs.student_view import StudentView
@@ -12,6 +12,7 @@ from teachers.atoms import Atom, Claim, Label, Moment, ParseFailure
 from teachers.common import Late
 from teachers.oracle import Oracle, RefusalError
 from teachers.phrasebook import Rewriting
+from teachers.schema import without
 from teachers.session import Turn
 
 if TYPE_CHECKING:
