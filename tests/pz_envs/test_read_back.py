@@ -13,7 +13,7 @@ from teachers.testing import Pupil
 from teachers.voice import voice_names
 
 pytestmark = pytest.mark.full
-FAMILIES = ("bandits", "gridworld", "poem")
+FAMILIES = ("bandits", "gridworld", "optimization", "poem")
 ABSTAINS = {"poem": {"Shorten", "Write"}}
 """Per family the claims that some phrases do not read back: their words leave out what the claim has."""
 
