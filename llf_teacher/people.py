@@ -43,6 +43,11 @@ class PersonTeaching(Personality):
     honest = False
     stage = _Stage
 
+    @property
+    def own_words(self) -> bool:
+        """Whether the person speaks in words of its own."""
+        return self.speech == "message"
+
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.speech not in SPEECHES:

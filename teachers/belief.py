@@ -6,7 +6,7 @@ ground of a claim.
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -66,6 +66,7 @@ class Belief(Information):
         self._first = 0  # the turn that was seen first
         self._since = 0  # the turn before which it last forgot what was said
         self._last: Moment[Any] | None = None
+        self._read: set[Claim[Any]] = set()  # what was read in words of others
         self._refused = 0  # rewards that no world pays
         self._conflicts = 0  # claims, at least, that do not hold in a world
         self._weights: npt.NDArray[np.float64] = np.ones(0)
@@ -104,9 +105,16 @@ class Belief(Information):
         """Count claims that were heard in an earlier world of the town, as if they were said before the opening."""
         self._heard += [(rule, 0, -1) for rule in rules]
 
-    def learn(self, atoms: Iterable[Atom]) -> None:
-        """What was said, each of a turn that was seen; others are of another student's actions. Weigh worlds anew."""
+    def learn(self, atoms: Iterable[Atom], read: Sequence[Atom] = ()) -> None:
+        """What was said, each of a turn that was seen; others are of another student's actions. Weigh worlds anew.
+
+        Args:
+            atoms: with their claims.
+            read: those of them that were read in words of others. What they name need not be there in every world, and
+                where they cannot be checked they are false.
+        """
         now = len(self._moments) - 1
+        self._read.update(atom.claim for atom in read)
         for claim, _, about, _ in atoms:
             about += self._since
             if not self._since <= about <= now or not self._trust:
@@ -132,6 +140,14 @@ class Belief(Information):
         lost = np.array([self._regrets_in(self._pool[i]) for i in counted])
         means: npt.NDArray[np.float64] = np.average(lost, axis=0, weights=self._weights[counted])
         return np.where((lost <= 1e-9).any(axis=0), means, np.inf)
+
+    def _is_true(self, claim: Claim, about: int, world: DrawnWorld) -> bool:
+        try:
+            return super()._is_true(claim, about, world)
+        except Exception:
+            if claim not in self._read:
+                raise
+            return False
 
     def _weigh(self) -> None:
         """Draw worlds, and weigh them."""

@@ -185,6 +185,8 @@ class SentenceReading(NamedTuple):
     """The turn that it names."""
     candidates: tuple[str, ...]
     """If it was not read, the names of the claims that came nearest."""
+    hedged: bool = False
+    """Whether it is not read because it only hedges a claim, so that it is neither true nor false."""
 
 
 class LayeredReader:
@@ -239,8 +241,8 @@ class LayeredReader:
             if self._fits(heard.claim, heard.slots):
                 span = heard.framed, heard.span[1]
                 said, name = text[slice(*span)], self._names.get(heard.claim, heard.claim.__name__)
-                if heard.hedged:  # neither true nor false
-                    yield SentenceReading(said, "", None, {}, heard.about_turn, (name,)), span
+                if heard.hedged:
+                    yield SentenceReading(said, "", None, {}, heard.about_turn, (name,), hedged=True), span
                 else:
                     yield SentenceReading(said, "exact", heard.claim, heard.slots, heard.about_turn, ()), span
 

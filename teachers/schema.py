@@ -21,6 +21,7 @@ from worlds.world import World
 
 __all__ = ["LONGEST_TEXT", "Message", "Vocabulary", "find_message", "holds", "in_own_words", "names_of", "sentences_of"]
 
+
 TYPE = "type"
 """The key that names a claim's class."""
 MOST_CLAIMS, MOST_ITEMS, LONGEST_TEXT = 32, 64, 8192
@@ -289,6 +290,13 @@ def sentences_of(text: str) -> list[str]:
     cuts = [0, *(end.end() for end in _ENDS.finditer(text)), len(text)]
     parts = (text[begin:end].strip() for begin, end in pairwise(cuts))
     return [part for part in parts if any(map(str.isalnum, part))]
+
+
+def without(text: str, parts: Iterable[str]) -> str:
+    """A text without the first occurrence of each part, such as the texts of its atoms."""
+    for part in parts:
+        text = text.replace(part, "", 1)
+    return text
 
 
 _ENDS = re.compile(r"[.!?][\"')\]]*\s|\n")

@@ -48,7 +48,7 @@ def test_the_transcript_of_the_examples_has_a_true_a_false_and_an_unread_sentenc
     example = ROOT / "examples" / "transcript.jsonl"
     page = (ROOT / "docs" / "how-claims-are-checked.md").read_text(encoding="utf-8")
     assert example.read_text(encoding="utf-8") in page
-    assert [each.holds for each in audit_transcript(example).sentences] == [None, False, True, False, True]
+    assert [each.checked.holds for each in audit_transcript(example).sentences] == [None, False, True, False, True]
 
 
 def test_loops_of_ones_own_are_short():

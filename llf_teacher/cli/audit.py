@@ -70,6 +70,13 @@ def audit(
             help="Measure how much claims say after a basic instruction, by so many worlds, such as 256.",
         ),
     ] = 0,
+    reader: Annotated[
+        str | None,
+        typer.Option(
+            help="What reads a transcript's sentences that are not near the phrases: llm_reader(model=...), or "
+            "module:function."
+        ),
+    ] = None,
 ) -> None:
     """Check every claim of teachers, with many kinds of students, in worlds with many options.
 
@@ -80,8 +87,10 @@ def audit(
     docs/how-claims-are-checked.md has its form.
     """
     if any(id.endswith(".jsonl") for id in ids or ()):
-        _transcript(ids or [], as_json)
+        _transcript(ids or [], as_json, reader)
         return
+    if reader is not None:
+        raise ValueError("--reader reads a transcript; give FILE.jsonl, or leave it out")
     from llf_teacher import registry
     from teachers.personality import PERSONALITIES, parse_personality
 
@@ -129,14 +138,20 @@ def audit(
         raise typer.Exit(1)
 
 
-def _transcript(paths: list[str], as_json: bool) -> None:
+def _transcript(paths: list[str], as_json: bool, reader: str | None) -> None:
     """Print what the sentences of a transcript are: how they were read, which are false, and the share of these."""
-    from llf_teacher.tools.transcript import LAYERS, READ, READ_RIGHT, audit_transcript
+    from llf_teacher.speakers.parsing import NEAR, parse_reader
+    from llf_teacher.tools.transcript import LAYERS, audit_transcript
+    from pz_envs.checking import MODEL, READ, READ_RIGHT
 
     if len(paths) > 1:
         raise ValueError(f"a transcript must be given alone, got {', '.join(paths)}; audit the others by themselves")
+    search_here()  # for `module:function`
+    model = parse_reader(reader or NEAR)
+    if hasattr(model, "check"):
+        model.check(os.environ)
     try:
-        found = audit_transcript(Path(paths[0]))
+        found = audit_transcript(Path(paths[0]), model)
     except OSError as error:
         raise ValueError(f"cannot read {paths[0]}: {error.strerror}") from None
     if as_json:
@@ -144,17 +159,23 @@ def _transcript(paths: list[str], as_json: bool) -> None:
         return
     table = Table("layer", "sentences", "true", "false", box=None, padding=(0, 2, 0, 0))
     for layer in LAYERS:
-        table.add_row(layer, *(f"{found.count(layer, holds)}" for holds in (None, True, False)))
+        table.add_row(layer, *(f"{found.count(layer, holds=holds)}" for holds in (None, True, False)))
     console = Console(emoji=False, highlight=False)
     console.print(table)
     for each in found.sentences:
-        if each.holds is False:
-            text = escape_control_chars(f"line {each.line}, turn {each.turn}: {each.text}\n  {each.claim}")
+        if (said := each.checked).holds is False:
+            text = escape_control_chars(f"line {each.line}, turn {each.turn}: {said.text}\n  {said.claim}")
             console.print(text, style="red", markup=False, soft_wrap=True)
     if (share := found.share) is not None:
         console.print(
-            f"False: {share[0]:.0%} of what was read; with the errors of the reader, of which {READ_RIGHT} of {READ} "
-            f"readings were right, between {share[1]:.0%} and {share[2]:.0%} (95 %).",
+            f"False: {share[0]:.0%} of what was read without a model; with the errors of the reader, of which "
+            f"{READ_RIGHT} of {READ} readings were right, between {share[1]:.0%} and {share[2]:.0%} (95 %).",
+            soft_wrap=True,
+        )
+    if by_model := found.count(MODEL):
+        console.print(
+            f"False: {found.count(MODEL, holds=False)} of the {by_model} that the model read; how often it errs is not "
+            "known, so that there is no interval.",
             soft_wrap=True,
         )
 

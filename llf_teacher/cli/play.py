@@ -89,8 +89,12 @@ def play(
             min=0, metavar="WORLDS", help="In the teacher's seat, show how much each claim says, by so many worlds."
         ),
     ] = 0,
+    own_words: Annotated[
+        bool,
+        typer.Option("--own-words", help="In the teacher's seat, say sentences of your own; each is read and checked."),
+    ] = False,
 ) -> None:
-    """Play the student: read the feedback and type actions. Or play the teacher: choose the feedback.
+    """Play the student: read the feedback and type actions. Or play the teacher: choose the feedback, or word it.
 
     `undo` takes a turn back, `?` or `help` shows the rules; `q`, `quit`, `exit` or Ctrl-D leaves, and `:q` does where
     `q` may be an answer. What is no action, or not among those that the world lists, costs no turn. An empty line ends
@@ -100,6 +104,11 @@ def play(
         raise ValueError(f"seat {seat!r} is unknown; allowed: student, teacher")
     if bits and seat == "student":
         raise ValueError("a student cannot see how much claims say; use --seat teacher, or leave out --bits")
+    if own_words and (bits or seat == "student"):
+        why = (
+            "a student says nothing; use --seat teacher" if seat == "student" else "--bits is of claims to choose from"
+        )
+        raise ValueError(f"{why}, or leave out --own-words")
     console = Console(emoji=False, highlight=False)
     try:
         with Waiting(f"Preparing {id}"):
@@ -115,6 +124,7 @@ def play(
                 feedback_type=feedback_type,
                 max_turns=max_turns,
                 budget=budget if seat == "teacher" else None,
+                speech="kinds" if seat == "teacher" and not own_words else "message",
             )
         if seat == "student":
             _learn(console, lesson)
@@ -140,7 +150,6 @@ def _lesson(
     teaches = seat == "teacher"
     player = parse_student(student) if teaches else None
     lesson = Settings(
-        speech="kinds" if teaches else "message",
         text=player is None or player.text,
         until_success=teaches,
         render_mode="ansi",
@@ -226,12 +235,15 @@ def _teach(console: Console, lesson: "LiveLesson") -> None:
     _put(console, Text(escape_control_chars(session.instruction), "bold"))
     while not lesson.over:
         _show(console, lesson)
-        subset = _choose(console, lesson, partial(_explain, console, session))
-        if subset is None:
+        ask = _choose if lesson.settings.speech == "kinds" else _word
+        said = ask(console, lesson, partial(_explain, console, session))
+        if said is None:
             _take_back(console, lesson, TEACHER)
             continue
-        lesson.move(TEACHER, subset)
-        _put(console, Text(escape_control_chars(session.feedback), "green"))
+        lesson.move(TEACHER, said if said != "" or lesson.rows else None)
+        heard = session.feedback if lesson.settings.speech == "kinds" else lesson.rows[-1].instruction or ""
+        _put(console, Text(escape_control_chars(heard), "green"))
+        _understood(console, lesson)
     _sum_up(console, lesson, offer.purse.cost * offer.purse.spent)
 
 
@@ -308,6 +320,34 @@ def _sum_up(console: Console, lesson: "LiveLesson", costs: float) -> None:
     solved = "solved" if moment.success else "not solved"
     total = math.fsum(row.reward for row in lesson.rows) - costs
     console.print(f"Over after {moment.turn} turns: {solved}, total reward {total:.4g}.")
+
+
+def _word(console: Console, lesson: "LiveLesson", explain: Callable[[], None]) -> str | None:
+    """What a person says in its own words; None: undo."""
+    offer = lesson.teacher_view.offer
+    _put(console, Text(escape_control_chars(f"{lesson.settings.teacher} would say: {offer.suggestion()}"), "dim"))
+    while True:
+        text = console.input(f"What do you say? (empty: {'nothing' if lesson.rows else 'that'})> ")
+        command, _ = _command(text)
+        if command == UNDO:
+            return None
+        if command in QUIT:
+            raise EOFError
+        if command not in HELP:
+            return text
+        explain()
+
+
+def _understood(console: Console, lesson: "LiveLesson") -> None:
+    """What was read of the last words of a person, and whether it holds."""
+    from llf_teacher.theme.turns import read_sentence
+    from teachers.words import VERDICTS
+
+    for reading in lesson.rows[-1].readings or ():
+        each = read_sentence(reading, lesson.rows[-1].turn, lesson.family.name)
+        verdict = VERDICTS.get(each["label"], "unchecked")
+        _put_beside(console, Text(f"  {verdict}: "), Text(escape_control_chars(f"{each['text']} {each['code']}")))
+        _put_beside(console, Text("    "), Text(f"{escape_control_chars(each['note'])}\n", "dim"))
 
 
 def _choose(console: Console, lesson: "LiveLesson", explain: Callable[[], None]) -> int | None:

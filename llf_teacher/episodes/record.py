@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 from llf_teacher.models.replies import LENGTH
 from teachers import common
 from teachers.atoms import FP, KINDS, Atom, Claim, Label, action_of
-from teachers.schema import sentences_of
+from teachers.schema import sentences_of, without
 
 if TYPE_CHECKING:
+    from pz_envs.checking import CheckedSentence
     from teachers.information import Bits
 
 
@@ -48,18 +49,22 @@ class EpisodeSpec(NamedTuple):
     """Options of the environment, as JSON, beside those of its id; empty: none."""
     draws: int = 0
     """Number of worlds by which it is measured how much each claim says; 0: it is not. The lesson is the same."""
+    reader: str = "near"
+    """What reads a teacher's own words, see `llf_teacher.speakers.parsing.parse_reader`. The lesson is the same."""
 
     @property
     def key(self) -> str:
         """A digest that identifies the episode in a store."""
         fields = self._asdict()
-        for name in (*(() if self.lessons else _OF_LESSONS), *(each for each in _LATER if not fields[each])):
+        later = (name for name in _LATER if fields[name] == self._field_defaults[name])
+        for name in (*(() if self.lessons else _OF_LESSONS), *later):
             del fields[name]
         return hashlib.sha256(json.dumps(fields, sort_keys=True).encode()).hexdigest()[:32]
 
 
 _OF_LESSONS = ("lessons", "taught", "worlds")
-_LATER = ("sample", "options", "draws")  # newer fields, whose defaults leave the keys of older episodes unchanged
+_LATER = ("sample", "options", "draws", "reader")
+"""Newer fields, whose defaults leave the keys of older episodes unchanged."""
 
 
 class TurnRow(NamedTuple):
@@ -104,6 +109,8 @@ class TurnRow(NamedTuple):
     """Number of claims in messages that could not be made; null if there are none, as the next one."""
     withheld: int | None = None
     """Number of false claims that a teacher's filter kept back."""
+    readings: list[dict[str, Any]] | None = None
+    """The sentences of feedback in the teacher's own words, each by `reading_as_dict`; null if there are none."""
 
 
 class EpisodeRow(NamedTuple):
@@ -157,6 +164,24 @@ class EpisodeRow(NamedTuple):
     seconds: float | None
     regrets: bytes
     """The regret of each turn, packed by `pack_regrets`."""
+    unbuilt: int | None = None
+    """Number of claims in messages that could not be made."""
+    withheld: int | None = None
+    """Number of false claims that a teacher's filter kept back."""
+    read_exact: int | None = None
+    """Number of sentences in the teacher's own words that the phrases read, and whose claim was checked; null, as all
+    of `READINGS`, if there was nothing to read, or it was not to be read.
+    """
+    read_near: int | None = None
+    """Likewise by what is near the phrases."""
+    read_false: int | None = None
+    """Number of both whose claim is false."""
+    read_model: int | None = None
+    """Likewise by a model."""
+    model_false: int | None = None
+    """Number of these whose claim is false."""
+    unread: int | None = None
+    """Number of the other sentences: not read, hedged, or without a single claim that can be checked."""
     measured: int | None = None
     """Number of claims of feedback of which it is known how much they say, as `teachers.information.Gain` has it; null,
     as all that follow, if it was not measured.
@@ -193,11 +218,13 @@ class Record(NamedTuple):
     turns: tuple[TurnRow, ...]
 
 
+READINGS = ("read_exact", "read_near", "read_false", "read_model", "model_false", "unread")
+"""Columns of what was read of a teacher's own words."""
+
+
 def unchecked(feedback: str, texts: Iterable[str]) -> int:
     """Number of sentences of feedback that are not texts of claims."""
-    for text in texts:
-        feedback = feedback.replace(text, "", 1)
-    return len(sentences_of(feedback))
+    return len(sentences_of(without(feedback, texts)))
 
 
 def claim_name(claim: Claim, family: str) -> str:
@@ -223,6 +250,13 @@ def as_dict(atom: Atom, label: Label, holds: bool, family: str, bits: "Bits | No
         "label": label.value,
         **({} if bits is None else {"information": {"bits": bits.bits, **bits._asdict()}}),
     }
+
+
+def reading_as_dict(sentence: "CheckedSentence", family: str) -> dict[str, Any]:
+    """A sentence in the teacher's own words as JSON values: its fields, `holds`, and the claim as of an atom."""
+    known = sentence.claim
+    claim = {"kind": None} if known is None else {"kind": _plain(known.kind), **_as_data(known, family)}
+    return sentence._asdict() | {"candidates": list(sentence.candidates), "holds": sentence.holds, **claim}
 
 
 def _as_data(claim: Claim, family: str) -> dict[str, Any]:
@@ -281,9 +315,31 @@ def summary(family: str, reads: str, rows: Sequence[TurnRow], *, measured: bool 
         followed=sum(action in actions for actions, action in zip(advice[:-1], taken, strict=True)),
         **_costs([row for row in rows if row.answer is not None]),
         regrets=pack_regrets([row.regret for row in rows[1:]]),
+        unbuilt=sum(row.unbuilt or 0 for row in rows),
+        withheld=sum(row.withheld or 0 for row in rows),
+        **_readings(rows),
         **(_gains(said) if measured else {}),
         why=why,
     )
+
+
+def _readings(rows: Sequence[TurnRow]) -> dict[str, Any]:
+    """What was read of the teacher's own words; empty if there is nothing."""
+    read = [each for row in rows for each in row.readings or ()]
+    if not read:
+        return {}
+    layers, false = (
+        Counter(each["layer"] for each in read if each["layer"] and holds in (None, each["holds"]))
+        for holds in (None, False)
+    )
+    return {
+        "read_exact": layers["exact"],
+        "read_near": layers["near"],
+        "read_false": false["exact"] + false["near"],
+        "read_model": layers["model"],
+        "model_false": false["model"],
+        "unread": len(read) - layers.total(),
+    }
 
 
 def _gains(said: Iterable[Mapping[str, Any]]) -> dict[str, Any]:

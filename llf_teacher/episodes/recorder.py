@@ -3,16 +3,20 @@
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from llf_teacher.episodes.record import EpisodeRow, TurnRow, as_dict, summary, unchecked
+from llf_teacher.episodes.record import EpisodeRow, TurnRow, as_dict, reading_as_dict, summary, unchecked
 from llf_teacher.serialization import to_json
+from llf_teacher.speakers.parsing import NOBODY, parse_reader
 from pz_envs.student_view import StudentView
 from pz_envs.subject import Subject
 from teachers.atoms import Atom, Claim, Label, Moment, ParseFailure
 from teachers.common import Late
 from teachers.oracle import Oracle, RefusalError
+from teachers.phrasebook import Rewriting
+from teachers.schema import without
 from teachers.session import Turn
 
 if TYPE_CHECKING:
+    from pz_envs.checking import ClaimReader
     from teachers.information import Bits, Information
 
 __all__ = ["Recorder"]
@@ -36,6 +40,7 @@ class Recorder:
         """What was noted."""
         self._information: Information | None = None
         self._briefed: Moment[Any] | None = None
+        self._reader: ClaimReader | None = None
         self.why = ""
         """Why it cannot be measured how much claims say; empty if it is, or is not asked for."""
 
@@ -50,6 +55,20 @@ class Recorder:
                 self._information = family.make_information(self._view.session.world, seed, worlds)
             except ValueError as error:
                 self.why = f"{error}"
+
+    def read(self, family: Subject, reader: str) -> None:
+        """Read from the next opening on what is said in the teacher's own words.
+
+        Args:
+            family: what is taught.
+            reader: as of an episode.
+        """
+        self._reader = None
+        if reader != NOBODY:
+            from pz_envs.checking import ClaimReader
+
+            session = self._view.session
+            self._reader = ClaimReader(family, session.world, session.teacher.oracle, parse_reader(reader))
 
     def forget(self, turns: int = 0) -> None:
         """Keep so many of the first turns."""
@@ -94,9 +113,19 @@ class Recorder:
             changes=len(getattr(self._speaker, "changes", ())) or None,
             unbuilt=sum(len(offer.unbuilt) for offer in session.offers) or None,
             withheld=len(getattr(self._speaker, "withheld", ())) or None,
+            readings=self._readings(self._reader, turn) or None if self._reader else None,
         )._replace(**answer)
         self.rows.append(row)
         return row
+
+    def _readings(self, reader: "ClaimReader", turn: Turn) -> list[dict[str, Any]]:
+        """What was read of words that are not the voice's own, as those of a function that rewrites are not."""
+        session = self._view.session
+        prepared = [offer for offer in session.offers if offer.prepared[0]]  # no other is asked: it may draw
+        reader.see(turn.moment, [claim for offer in prepared for claim in offer.claims()])
+        rewritten = isinstance(session.teacher.voice, Rewriting)
+        said = [atom.text for atom in turn.atoms if atom.kind is None or not rewritten]
+        return [reading_as_dict(each, self.family) for each in reader.read(without(str(turn.feedback), said))]
 
     def measured(self, turn: Turn) -> "dict[int, Bits]":
         """How much each claim of feedback says, by its place among the atoms of the session's last turn."""

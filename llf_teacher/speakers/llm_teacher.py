@@ -71,7 +71,7 @@ class ModelPolicy:
                 question += _DATA.format(data=json.dumps(_data(suggestion.atoms, vocabulary), ensure_ascii=False))
         past = self._past[-2 * spec.history :] if spec.history else []
         asked = {"role": "user", "content": question}
-        form = _form(vocabulary) if spec.says == "claims" and spec.answer == "json" else None
+        form = claims_form(vocabulary) if spec.says == "claims" and spec.answer == "json" else None
         words = self._model.answer([{"role": "system", "content": self._system}, *past, asked], form).text.strip()
         self._past += [asked, {"role": "assistant", "content": words[:LONGEST_TEXT] or "(nothing)"}]
         return self._message(words, moment, vocabulary) if spec.says == "claims" else words
@@ -95,7 +95,7 @@ class ModelPolicy:
         return Message(tuple(kept), text, tuple(problems))
 
 
-def _form(vocabulary: Vocabulary) -> dict[str, Any]:
+def claims_form(vocabulary: Vocabulary) -> dict[str, Any]:
     """The part of a request that asks for a message."""
     return {
         "response_format": {"type": "json_schema", "json_schema": {"name": "message", "schema": vocabulary.schema()}}

@@ -1,10 +1,14 @@
-"""Speakers and wordings by the parts of a spec: `llm_teacher(model=...)`, `module:factory`; `... | voice(tone=...)`."""
+"""Speakers and wordings by the parts of a spec: `llm_teacher(model=...)`, `module:factory`; `... | voice(tone=...)`.
+
+Readers, too: `llm_reader(model=...)`, `module:function`.
+"""
 
 import importlib
+from typing import Any
 
 from llf_teacher.speakers.speaker import CustomTeacher, CustomVoice, Speaker, Wording
 from teachers.personality import Personality
-from teachers.spec import Spec, SpecCall
+from teachers.spec import Spec, SpecCall, parse_calls
 
 SPEAKERS = {
     "llm_teacher": "llf_teacher.speakers.llm_teacher:LLMTeacher",
@@ -12,6 +16,9 @@ SPEAKERS = {
     "voice": "llf_teacher.speakers.voice:Toned",
 }
 """The classes of the speakers and wordings that come with the package, by their names in specs."""
+
+NOBODY, NEAR, READER = "none", "near", "llm_reader"
+"""The readers of own words: none, the phrases and what is near them, and behind these a model."""
 
 
 def make_speaker(call: SpecCall, *, last: bool) -> Speaker | Wording | None:
@@ -54,3 +61,36 @@ def _custom(call: SpecCall, last: bool) -> Speaker | Wording | None:
 def needed_of(teacher: Personality | Speaker) -> Personality | str:
     """The personality whose needs an oracle has to serve."""
     return teacher if isinstance(teacher, Personality) else getattr(teacher, "personality", "oracle")
+
+
+def speaks_freely(teacher: Any) -> bool:
+    """Whether a teacher may speak in words of its own: a person, a model, a policy, or with a voice that rewrites."""
+    return bool(getattr(teacher, "own_words", False))
+
+
+def parse_reader(reader: Any) -> Any:
+    """The last layer that the spec of a reader names, as `pz_envs.checking.Model` has it; None for `none` and `near`.
+
+    It is `llm_reader(...)`, or a function of the user's own, as in `module:function`.
+
+    Raises:
+        ValueError: there is no such reader.
+    """
+    if reader in (NOBODY, NEAR):
+        return None
+    allowed = f"{NOBODY}, {NEAR}, {READER}(model=...) or module:function"
+    call, *more = parse_calls("reader", f"{reader}", allowed, prefixes=1)
+    if call.name == READER and not (call.prefix or more):
+        from llf_teacher.speakers.llm_reader import LLMReader
+
+        return call.make("reader", LLMReader)
+    function = call.imported("reader")[1] if call.prefix and not (call.arguments or more) else None
+    if not callable(function):
+        raise ValueError(f"reader {call.path!r} is unknown; allowed: {allowed}")
+    return function
+
+
+def reader_spec(reader: Any) -> str:
+    """The spec of a reader in canonical form; errors as of `parse_reader`."""
+    found = parse_reader(reader)
+    return f"{found}" if isinstance(found, Spec) else f"{reader}"

@@ -1,6 +1,6 @@
 """Teachers of a study beside personalities: frozen values that spec strings name.
 
-The words of policies and models have no claims, so they cannot be checked; studies count them as `unchecked`.
+The words of policies and models have no claims; studies count them as `unchecked`, and what was read of them.
 """
 
 from abc import ABC, abstractmethod
@@ -22,6 +22,8 @@ class Speaker(Spec, ABC):
     package: ClassVar[str] = "llf_teacher.speakers"
     mute: ClassVar[bool] = False
     """Whether it says nothing but the instruction."""
+    own_words: ClassVar[bool] = True
+    """Whether it may speak in words of its own, which have to be read."""
 
     @abstractmethod
     def arguments(self) -> dict[str, Any]:
@@ -39,6 +41,8 @@ class Wording(Spec, ABC):
     """Puts a personality's claims into words: the last part of `mistake | voice(tone='warm')`."""
 
     package: ClassVar[str] = "llf_teacher.speakers"
+    own_words: ClassVar[bool] = True
+    """As of a `Speaker`."""
 
     @abstractmethod
     def voice(self) -> Voice:
@@ -59,6 +63,11 @@ class Voiced(Speaker):
     def mute(self) -> bool:  # type: ignore[override]  # depends on the personality
         """Whether the personality is mute."""
         return self.personality.mute
+
+    @property
+    def own_words(self) -> bool:  # type: ignore[override]  # depends on the wording
+        """Whether the wording has words of its own."""
+        return self.wording.own_words
 
     def __str__(self) -> str:
         return f"{self.personality} | {self.wording}"

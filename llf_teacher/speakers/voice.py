@@ -13,6 +13,7 @@ class Toned(Wording):
 
     tone: str = PLAIN
     """Name of the voice."""
+    own_words = False
 
     def __post_init__(self) -> None:
         if self.tone not in voice_names():

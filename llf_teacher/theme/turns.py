@@ -4,7 +4,7 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from teachers.atoms import KINDS
+from teachers.atoms import KINDS, Label
 
 
 def bits_words(information: Mapping[str, Any]) -> str:
@@ -18,7 +18,8 @@ def prepare_turns(turns: list[dict[str, Any]], family: str) -> list[dict[str, An
     """Add what the display needs to turns of a store.
 
     It is `said`, the atoms by kind, each with its claim as `code` and, if it is measured, how much it says as `bits`;
-    `spelled_out`, whether they make up all of the text; and `did`, the action in words.
+    `spelled_out`, whether they make up all of the text; `own`, the sentences in the teacher's own words; and `did`, the
+    action in words.
 
     Args:
         turns: is changed.
@@ -27,20 +28,35 @@ def prepare_turns(turns: list[dict[str, Any]], family: str) -> list[dict[str, An
     for turn in turns:
         atoms = turn["atoms"]
         for atom in atoms:
-            atom["code"] = _code(atom, family)
+            atom["code"] = claim_code(atom, family)
             if "information" in atom:
                 atom["bits"] = bits_words(atom["information"])
         text = " ".join(filter(None, (turn["instruction"], turn["feedback"])))
         turn["said"] = {kind: said for kind in (None, *KINDS) if (said := [a for a in atoms if a["kind"] == kind])}
         turn["spelled_out"] = text == " ".join(atom["text"] for atom in atoms)
+        turn["own"] = [read_sentence(each, turn["turn"], family) for each in turn.get("readings") or ()]
         turn["did"] = turn["action_words"] or turn["action"]
     return turns
 
 
-def _code(claim: dict[str, Any], family: str) -> str:
+def read_sentence(reading: Mapping[str, Any], turn: int, family: str) -> dict[str, Any]:
+    """A sentence in the teacher's own words for display: `kind`, `text`, `label`, its claim as `code`, and a `note`."""
+    said = {name: reading[name] for name in ("kind", "text")}
+    if reading["claim"] is None:
+        label = Label.HEDGED if reading["outcome"] == "hedged" else Label.UNCHECKED
+        near = ", ".join(reading["candidates"])
+        what = "is no single claim" if reading["outcome"] == "unbuilt" else "not read"
+        return said | {"label": label, "code": "", "note": f"{what}; nearest: {near}" if near else what}
+    late = reading["about_turn"] != turn
+    label = Label.DISTORTED if reading["holds"] is False else Label.LATE if late else Label.TRUTHFUL
+    code = claim_code(reading, family) + (f" of turn {reading['about_turn']}" if late else "")
+    return said | {"label": label, "code": code, "note": f"read by the layer {reading['layer']}"}
+
+
+def claim_code(claim: Mapping[str, Any], family: str) -> str:
     """A claim with its fields, one of which may be a claim, too."""
     fields = ", ".join(
-        f"{name}={_code(value, family) if isinstance(value, dict) else _plain(value)}"
+        f"{name}={claim_code(value, family) if isinstance(value, dict) else _plain(value)}"
         for name, value in claim["fields"].items()
     )
     return f"{claim['claim'].removeprefix(f'{family}.')}({fields})"

@@ -5,45 +5,56 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from scipy.stats import binomtest
-
 from llf_teacher.registry import entry, family
 from llf_teacher.serialization import to_json
-from pz_envs.reading import build_claim, make_reader, said_by
+from pz_envs.checking import (
+    ALONE,
+    MODEL,
+    NOT_READ,
+    CheckedSentence,
+    ClaimReader,
+    Model,
+    share_false,
+)
 from pz_envs.subject import Subject
 from pz_envs.text_mode import read_exactly
-from teachers.atoms import Claim, Moment, ParseFailure
-from teachers.reading import SentenceReading
+from teachers.atoms import ParseFailure
 from teachers.session import LONGEST, Session
 from worlds.world import World
 
 LONGEST_LINE, MOST_LINES = 262_144, 10_000
 """The most characters of a line, and lines of a transcript."""
-READ, READ_RIGHT = 119, 111
-"""How many sentences were read that no choice was made by, and how many of these right; all by the near layer.
-
-Measured by `llf dev reading tests/reading/unseen.txt`. No sentence there is of the exact layer, which is taken to be no
-better.
-"""
-LAYERS = ("exact", "near", "not read")
+LAYERS = (*ALONE, MODEL, NOT_READ)
 _HEADER = ("id", "family", "options", "seed", "observation", "feedback")
 _TURN = ("action", "observation", "feedback")
 
 
-class CheckedSentence(NamedTuple):
-    """A sentence of a transcript with what became of it."""
+class TranscriptSentence(NamedTuple):
+    """A sentence of a transcript, with what became of it."""
 
     line: int
     turn: int
-    text: str
-    layer: str
-    """One of `LAYERS`."""
-    claim: str
-    """The claim that was made of it; empty: it was not read."""
-    holds: bool | None
-    """Whether the claim is true; None: it was not read."""
-    candidates: tuple[str, ...]
-    """If it was not read, what came nearest, or why its claim cannot be checked."""
+    checked: CheckedSentence
+
+    @property
+    def layer(self) -> str:
+        """One of `LAYERS`."""
+        return self.checked.layer or NOT_READ
+
+    def as_dict(self) -> dict[str, Any]:
+        """The sentence as JSON values; the claim is empty if there is none."""
+        text, _, claim, about, outcome, candidates = self.checked
+        return {
+            "line": self.line,
+            "turn": self.turn,
+            "text": text,
+            "layer": self.layer,
+            "claim": "" if claim is None else f"{claim}",
+            "about_turn": about,
+            "holds": self.checked.holds,
+            "outcome": outcome,
+            "candidates": candidates,
+        }
 
 
 class TranscriptAudit(NamedTuple):
@@ -51,18 +62,21 @@ class TranscriptAudit(NamedTuple):
 
     id: str
     turns: int
-    sentences: tuple[CheckedSentence, ...]
+    sentences: tuple[TranscriptSentence, ...]
 
-    def count(self, layer: str | None = None, holds: bool | None = None) -> int:
-        """Number of sentences of a layer, or of all; true or false ones only."""
-        mine = [each for each in self.sentences if layer in (None, each.layer)]
+    def count(self, *layers: str, holds: bool | None = None) -> int:
+        """Number of sentences of some layers, or of all; true or false ones only."""
+        mine = [each.checked for each in self.sentences if not layers or each.layer in layers]
         return len(mine) if holds is None else sum(each.holds is holds for each in mine)
 
     @property
     def share(self) -> tuple[float, float, float] | None:
-        """The share of what was read that is false, and its interval; see `share_false`. None if nothing was read."""
-        false, true = self.count(holds=False), self.count(holds=True)
-        return (false / (false + true), *share_false(false, false + true)) if false + true else None
+        """The share of what was read without a model that is false, and its interval; see `share_false`.
+
+        None if nothing was read so.
+        """
+        false, read = self.count(*ALONE, holds=False), self.count(*ALONE)
+        return (false / read, *share_false(false, read)) if read else None
 
     def as_dict(self) -> dict[str, Any]:
         """The audit as JSON values."""
@@ -71,39 +85,20 @@ class TranscriptAudit(NamedTuple):
             "id": self.id,
             "turns": self.turns,
             "false_share": share and dict(zip(("of_read", "low", "high"), share, strict=True)),
-            "sentences": [each._asdict() for each in self.sentences],
+            "sentences": [each.as_dict() for each in self.sentences],
         }
 
 
-def share_false(false: int, read: int, right: int = READ_RIGHT, known: int = READ) -> tuple[float, float]:
-    """An interval of at least 95 % for the share of a teacher's sentences that are false, by those that were read.
-
-    Let p be the share of readings that are right, and a the share that is called false. Then a = p s (share of the
-    sentences that are read right and false, s) + (1 - p) m, as in Rogan and Gladen, Estimating prevalence from the
-    results of a screening test, American Journal of Epidemiology 107 (1978), 71-76. How often a misreading is called
-    false, m, is not known, so that s lies between (a - (1 - p)) / p and a / p. Both a and p are uncertain: the bounds
-    take the ends of an interval of 97.5 % (Clopper and Pearson, by quantiles of the beta distribution) for a, and the
-    lower bound of 97.5 % for p, which together hold with 95 % (Bonferroni).
-
-    Args:
-        false: sentences that were read and called false.
-        read: sentences that were read.
-        right: readings that were right, of those whose truth is known.
-        known: number of those.
-    """
-    called = binomtest(false, read).proportion_ci(0.975, "exact")
-    p = binomtest(right, known, alternative="greater").proportion_ci(0.975, "exact").low
-    if not p:
-        return 0.0, 1.0
-    return max(0.0, float((called.low - (1 - p)) / p)), min(1.0, float(called.high / p))
-
-
-def audit_transcript(path: Path) -> TranscriptAudit:
+def audit_transcript(path: Path, model: Model | None = None) -> TranscriptAudit:
     """Play a transcript again, and check each sentence.
 
     The first line is an object with `id` (or `family`), `options`, `seed`, and maybe `observation` and `feedback`; each
     further line is a turn, with `action`, and maybe `observation` and `feedback`, which the teacher said after it.
     Observations are compared with the world's, as JSON or as its text.
+
+    Args:
+        path: the transcript.
+        model: reads sentences that are not near the phrases, see `pz_envs.checking`; it sees neither world nor turns.
 
     Raises:
         ValueError: a line is not as it must be, or the simulator plays otherwise; the message has its number.
@@ -123,7 +118,7 @@ def audit_transcript(path: Path) -> TranscriptAudit:
             instructs=True,
             repeated=subject.repeated,
         )
-        replay = _Replay(subject, world, session)
+        replay = _Replay(world, session, ClaimReader(subject, world, session.teacher.oracle, model))
         session.open(_seed(header))
         found = [*replay.checked(number, header)]
         for number, turn in lines:
@@ -137,11 +132,8 @@ def audit_transcript(path: Path) -> TranscriptAudit:
 class _Replay:
     """A transcript that is played again."""
 
-    def __init__(self, subject: Subject, world: World[Any, Any, Any], session: Session) -> None:
-        self._subject, self._world, self._session = subject, world, session
-        self._vocabulary = session.offers[0].vocabulary
-        self._reader = make_reader(subject, self._vocabulary)
-        self._moments: list[tuple[Moment[Any], tuple[Claim[Any], ...]]] = []  # with the oracle's own claims
+    def __init__(self, world: World[Any, Any, Any], session: Session, reader: ClaimReader) -> None:
+        self._world, self._session, self._reader = world, session, reader
 
     def act(self, turn: dict[str, Any]) -> None:
         """The student's action of a line."""
@@ -156,36 +148,16 @@ class _Replay:
             raise ValueError(f"the episode ended with turn {self._session.moment.turn}; leave out the turns after it")
         self._session.act(action)
 
-    def checked(self, number: int, line: dict[str, Any]) -> Iterator[CheckedSentence]:
+    def checked(self, number: int, line: dict[str, Any]) -> Iterator[TranscriptSentence]:
         """The sentences of a line."""
         self._compare(line)
         self._session.speak()  # so that the teacher's oracle follows
-        moment = self._session.moment
-        oracle = self._session.teacher.oracle
-        self._moments.append((moment, (*self._session.offers[0].claims(), *oracle.clues(moment.after))))
+        self._reader.see(self._session.moment, self._session.offers[0].claims())
         words = line.get("feedback") or ""
         if not isinstance(words, str) or len(words) > LONGEST:
             raise ValueError(f"feedback must be a text of at most {LONGEST} characters, got {words!r:.80}")
-        for reading in self._reader.read(words):
-            yield self._check(number, reading)
-
-    def _check(self, number: int, reading: SentenceReading) -> CheckedSentence:
-        about = self._session.moment.turn if reading.about_turn is None else reading.about_turn
-        place = number, self._session.moment.turn, reading.text
-        if not 0 <= about < len(self._moments):
-            return CheckedSentence(*place, "not read", "", None, (f"there is no turn {about} yet",))
-        moment, own = self._moments[about]
-        built = build_claim(reading, self._subject, self._vocabulary, moment)
-        if built.claim is None:
-            return CheckedSentence(*place, "not read", "", None, built.candidates)
-        try:
-            # Rounded as it is said, a number may be just wrong: what the oracle itself would say so is true.
-            holds = bool(
-                said_by(reading, self._subject, own) or built.claim.means(moment, self._session.teacher.oracle)
-            )
-        except Exception as error:  # the check of a claim need not be ready for any field
-            return CheckedSentence(*place, "not read", "", None, (f"it cannot be checked: {error!s:.80}",))
-        return CheckedSentence(*place, reading.layer, f"{built.claim}", holds, ())
+        for each in self._reader.read(words):
+            yield TranscriptSentence(number, self._session.moment.turn, each)
 
     def _compare(self, line: dict[str, Any]) -> None:
         if "observation" not in line:

@@ -12,11 +12,11 @@ from llf_teacher.episodes.live import WATCHER
 from llf_teacher.episodes.record import pack_turns, unpack_turns
 from llf_teacher.escaping import escape_control_chars
 from llf_teacher.theme import prepare_turns
-from llf_teacher.theme.turns import bits_words
+from llf_teacher.theme.turns import bits_words, read_sentence
 from llf_teacher.web.lesson import PlannedLesson
 from llf_teacher.web.open_lessons import NAMES, OpenLesson, OpenLessons
 from pz_envs.seats import STUDENT, TEACHER
-from teachers.atoms import FeedbackType
+from teachers.atoms import FeedbackType, Label
 from teachers.words import VERDICTS, VerdictWord
 
 _MANY_WORDS = 24  # of a world, or numbers of its actions, for each of which there is a button
@@ -46,6 +46,7 @@ def state(
     _, (did, _), *world = renderer.text(lesson.view.description())
     last = lesson.rows[-1].atoms if lesson.rows and renderer.heard and checked else []
     told = {atom["text"]: bits_words(atom["information"]) for atom in last if "information" in atom}
+    own = _own_words(lesson, pages) if renderer.heard and checked else []
     return {
         "version": opened.version,
         "mark": f"{now}.{len(lesson.rows)}",
@@ -70,8 +71,9 @@ def state(
                 pages, spoken.kind, spoken.text, VERDICTS.get(spoken.verdict), moment.turn == 0, told.get(spoken.text)
             )
             for spoken in renderer.sentences
-            if renderer.heard
-        ],
+            if renderer.heard and not (own and spoken.verdict is Label.UNCHECKED)
+        ]
+        + own,
         "heard": renderer.heard,
         "unmeasured": lesson.unmeasured if checked else "",
         "undo": terms.undo and not opened.kept and bool(lesson.moves) and lesson.moves[-1][0] == seat,
@@ -94,22 +96,35 @@ def _sentence(
     verdict: VerdictWord | None = None,
     opening: bool = False,
     bits: str | None = None,
+    code: str = "",
 ) -> dict[str, str]:
-    """A sentence with its kind, its verdict and how much it says, and all of it as HTML."""
+    """A sentence with its kind, its verdict, how much it says and its claim, and all of it as HTML."""
     macro = pages.get_template("theme/episode.html.j2").module.sentence  # type: ignore[attr-defined]  # a macro of it
     return {
         "kind": f"{kind or ''}",
         "text": escape_control_chars(text),
         "mark": f"{verdict or ''}",
-        "html": escape_control_chars(str(macro(kind, text, verdict, opening, "", bits or ""))),
+        "html": escape_control_chars(str(macro(kind, text, verdict, opening, code, bits or ""))),
     }
+
+
+def _own_words(lesson: PlannedLesson, pages: jinja2.Environment) -> list[dict[str, str]]:
+    """What a person last said in its own words, sentence by sentence: what was understood, and whether it holds."""
+    if not lesson.rows:
+        return []
+    last = lesson.rows[-1]
+    said = (read_sentence(each, last.turn, lesson.family.name) for each in last.readings or ())
+    return [
+        _sentence(pages, each["kind"], each["text"], VERDICTS.get(each["label"]), False, each["note"], each["code"])
+        for each in said
+    ]
 
 
 def _to_teach(lesson: PlannedLesson, pages: jinja2.Environment) -> dict[str, Any]:
     """The choices of a person that teaches."""
     offer = lesson.teacher_view.offer
     if lesson.settings.speech == "message":
-        return {"suggestion": escape_control_chars(offer.suggestion())}
+        return {"suggestion": escape_control_chars(offer.suggestion()), "understood": _own_words(lesson, pages)}
     measured = lesson.weigh(offer.listed())
     return {
         "claims": [

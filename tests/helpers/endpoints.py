@@ -1,6 +1,7 @@
 """What tests of language models share: what is asked, what is answered, and what must not be kept."""
 
 import contextlib
+import json
 import re
 import sqlite3
 
@@ -31,3 +32,32 @@ def obey(request):
     told = request["messages"][-1]["content"].partition("You observe")[0].lower()
     ways = [word for word in re.findall(r"[a-z]+", told) if word in MOVES]
     return f"Thought: it said so.\nResponse: {ways[-1] if ways else 'north'}"
+
+
+ANSWERS = {
+    "words": "Go north, I would say.",
+    "nothing": "",
+    "deep": '{"claims": ' + "[" * 20_000,
+    "another family": '{"claims": [{"type": "Pull", "action": 0}]}',
+    "wrong types": '{"claims": [{"type": "Go", "action": {"way": "north"}}]}',
+    "endless number": '{"claims": [{"type": "Reward", "reward": 1e999}]}',
+    "long number": '{"claims": [{"type": "Reward", "reward": ' + "9" * 5000 + "}]}",
+    "huge": json.dumps({"claims": [{"type": "Found", "room": "x" * 100_000}]}),
+    "twice": '{"claims": [], "claims": [{"type": "Solved"}]}',
+    "the key": f'{{"claims": [{{"type": "Found", "room": "{KEY}"}}, {{"type": "{KEY}"}}]}}',
+    "code": '{"claims": [{"type": "__import__(\'os\').system(\'true\')"}]}',
+}
+"""Answers of a hostile model in place of a claim."""
+LONG = 1_500_000
+HUGE = {
+    "lists": '{"claims": ' + "[" * LONG,
+    "objects": '{"claims": [{"type": ' * (LONG // 21),
+    "many claims": json.dumps({"claims": [{"type": "Reward", "reward": 0.5}] * (LONG // 40)}),
+    "many sentences": json.dumps({"claims": [{"type": "Solved"}] * 32, "text": "Go. " * 2_000}),
+    "a long sentence": json.dumps({"claims": [{"type": "Solved"}] * 32, "text": "Go " * 2_700}),
+    "many keys": json.dumps({"claims": [{f"k{n}": 0 for n in range(LONG // 12)}]}),
+    "a long name": json.dumps({"claims": [{"type": "Go" * (LONG // 2)}]}),
+    "a long plan": json.dumps({"claims": [{"type": "Plan", "actions": ["north"] * (LONG // 10)}]}),
+    "words": "Go north. " * (LONG // 10),
+}
+"""Such answers of more than a megabyte, or with many claims and sentences."""

@@ -5,7 +5,7 @@ import json
 import time
 
 import pytest
-from endpoints import KEY, files_with
+from endpoints import ANSWERS, HUGE, KEY, LONG, files_with
 
 from llf_teacher.models import LLMError
 from llf_teacher.models.testing import ScriptedEndpoint, refusal
@@ -88,21 +88,6 @@ def test_a_filter_withholds_the_lies_and_nothing_else(tmp_path):
     assert sum(not turn["feedback"] for turn in turns) == liar.lies
 
 
-ANSWERS = {
-    "words": "Go north, I would say.",
-    "nothing": "",
-    "deep": '{"claims": ' + "[" * 20_000,
-    "another family": '{"claims": [{"type": "Pull", "action": 0}]}',
-    "wrong types": '{"claims": [{"type": "Go", "action": {"way": "north"}}]}',
-    "endless number": '{"claims": [{"type": "Reward", "reward": 1e999}]}',
-    "long number": '{"claims": [{"type": "Reward", "reward": ' + "9" * 5000 + "}]}",
-    "huge": json.dumps({"claims": [{"type": "Found", "room": "x" * 100_000}]}),
-    "twice": '{"claims": [], "claims": [{"type": "Solved"}]}',
-    "the key": f'{{"claims": [{{"type": "Found", "room": "{KEY}"}}, {{"type": "{KEY}"}}]}}',
-    "code": '{"claims": [{"type": "__import__(\'os\').system(\'true\')"}]}',
-}
-
-
 @pytest.mark.parametrize("filter", [False, True])
 def test_a_hostile_model_is_counted_and_plays_to_the_end(tmp_path, monkeypatch, filter):
     monkeypatch.setenv("LLF_LLM_API_KEY", KEY)
@@ -116,20 +101,6 @@ def test_a_hostile_model_is_counted_and_plays_to_the_end(tmp_path, monkeypatch, 
     said = [atom["fields"].get("room") for turn in turns for atom in turn["atoms"]]
     assert said == ([] if filter else ["***"])
     assert not files_with(KEY, tmp_path)
-
-
-LONG = 1_500_000
-HUGE = {
-    "lists": '{"claims": ' + "[" * LONG,
-    "objects": '{"claims": [{"type": ' * (LONG // 21),
-    "many claims": json.dumps({"claims": [{"type": "Reward", "reward": 0.5}] * (LONG // 40)}),
-    "many sentences": json.dumps({"claims": [{"type": "Solved"}] * 32, "text": "Go. " * 2_000}),
-    "a long sentence": json.dumps({"claims": [{"type": "Solved"}] * 32, "text": "Go " * 2_700}),
-    "many keys": json.dumps({"claims": [{f"k{n}": 0 for n in range(LONG // 12)}]}),
-    "a long name": json.dumps({"claims": [{"type": "Go" * (LONG // 2)}]}),
-    "a long plan": json.dumps({"claims": [{"type": "Plan", "actions": ["north"] * (LONG // 10)}]}),
-    "words": "Go north. " * (LONG // 10),
-}
 
 
 def test_huge_answers_take_bounded_time_and_memory(tmp_path):

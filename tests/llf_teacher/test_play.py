@@ -68,6 +68,21 @@ def test_the_teacher_sees_the_truth_and_takes_a_turn_back():
     assert again.partition("The last turn is taken back.\n\n")[2] == once[once.index("Turn 0 of 2") :]
 
 
+def test_the_teacher_may_speak_in_its_own_words_and_sees_what_is_understood():
+    command = (GRID, "--seat", "teacher", "--own-words", "--seed", "3", "--max-turns", "2", "--student", "obedient")
+    said = "\n?\nYou should go north. \x1b[31mLovely day.\nundo\nHm.\nThat was right.\n"
+    out = " ".join(play(*command, text=said).split())
+    assert out.count("Your task is to enter its room.") == 3, "suggested, said, and explained"
+    assert re.search(r"(true|false): You should go north\. Go\(action=", out)
+    assert re.search(r"unchecked: .{0,10}Lovely day\. not read; nearest: ", out)
+    assert "\x1b" not in out
+    assert "unchecked: Hm." in out
+    assert "The last turn is taken back." in out
+    assert re.search(r"(true|false): That was right\.", out)
+    refused = llf("play", GRID, "--own-words", text="")
+    assert "a student says nothing; use --seat teacher" in refused.stderr
+
+
 def test_with_and_without_colours():
     plain = play(GRID, "--seed", "7", "--max-turns", "1", text="west\n")
     assert "\x1b" not in plain

@@ -237,7 +237,7 @@ def test_a_model_teaches(tmp_path, knows):
         html = page(data)
     assert shares == {study.teachers[0]: 1.0, "oracle": 0.0}
     assert "<code>llm_teacher(m)</code>" in html
-    assert "Unchecked:" in html
+    assert "In words of its own, as they were read below:" in html
     assert "You are a teacher, and teach by what you say." in html
 
 

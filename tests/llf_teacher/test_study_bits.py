@@ -11,7 +11,7 @@ import pytest
 from commands import llf
 from studying import rows, small
 
-from llf_teacher.episodes.record import EpisodeRow, EpisodeSpec
+from llf_teacher.episodes.record import READINGS, EpisodeRow, EpisodeSpec
 from llf_teacher.studies import Study, load, run
 from llf_teacher.studies.analysis.statistics import mean_interval, ratio_interval
 from llf_teacher.studies.definition.study import load_study, to_toml
@@ -19,6 +19,7 @@ from llf_teacher.studies.store.database import digest_of
 from teachers.atoms import KINDS
 
 ROOMS, ARMS, POEM = "llf-gridworld-v0", "llf-bandits-BanditTenArmedGaussian-v0", "llf-poem-Haiku-v0"
+NEWER = ("draws", "reader", "unbuilt", "withheld", *READINGS)
 MEASURED = EpisodeRow._fields[EpisodeRow._fields.index("measured") :]
 LISTS = {"teachers": ["oracle", "mistake(eps=0.5)", "silent"], "students": ["random", "obedient"], "max_turns": 4}
 
@@ -142,7 +143,7 @@ def older(tmp_path):
     run(small(seeds=1), path, workers=1).close()
     run(small(seeds=2), path, workers=1).close()
     had = rows(path)
-    fields = [name for name in (*EpisodeSpec._fields, *EpisodeRow._fields) if name not in ("draws", *MEASURED)]
+    fields = [name for name in (*EpisodeSpec._fields, *EpisodeRow._fields) if name not in (*NEWER, *MEASURED)]
     with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as db:
         joined = "result JOIN setting USING (setting) JOIN story USING (number)"
         query = f"SELECT number, packed, lower(hex(key)), revision, {', '.join(fields)} FROM {joined}"
@@ -150,9 +151,10 @@ def older(tmp_path):
             db.execute("UPDATE result SET digest = ? WHERE number = ?", (digest_of(values, packed), number))
         db.executescript(
             f"DROP VIEW episode; CREATE VIEW episode AS SELECT lower(hex(key)) AS key, {', '.join(fields)}, revision "
-            "FROM result JOIN setting USING (setting); PRAGMA user_version = 5; ALTER TABLE failure DROP COLUMN draws;"
+            "FROM result JOIN setting USING (setting); PRAGMA user_version = 5;"
+            "ALTER TABLE failure DROP COLUMN draws; ALTER TABLE failure DROP COLUMN reader;"
         )
-        for name in MEASURED[:-1]:
+        for name in (*NEWER[2:], *MEASURED[:-1]):
             db.execute(f"ALTER TABLE result DROP COLUMN {name}")
     return path, had
 

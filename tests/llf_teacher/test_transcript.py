@@ -9,7 +9,8 @@ from typer.testing import CliRunner
 from llf_teacher.cli import app
 from llf_teacher.registry import PREFIX, entry
 from llf_teacher.tools import transcript
-from llf_teacher.tools.transcript import audit_transcript, share_false
+from llf_teacher.tools.transcript import audit_transcript
+from pz_envs.checking import share_false
 from pz_envs.family import own_families
 from teachers.common import Late, Probably
 from teachers.session import Session
@@ -50,11 +51,11 @@ def written(tmp_path):
 @pytest.mark.parametrize("family", [each for each in own_families() if each.name in QUICK], ids=lambda each: each.name)
 def test_honest_teachers_say_nothing_false_and_liars_nothing_true(family, written):
     honest = audit_transcript(written(*lesson(family, "oracle")))
-    assert not [each for each in honest.sentences if each.holds is False]
+    assert not [each for each in honest.sentences if each.checked.holds is False]
     assert honest.count(holds=True) >= 5
     lied = audit_transcript(written(*lesson(family, "mistake(eps=1)")))
     assert lied.count(holds=False) >= 3
-    assert [each for each in lied.sentences if each.holds] == []
+    assert [each for each in lied.sentences if each.checked.holds] == []
 
 
 def test_the_turn_that_a_sentence_names_is_the_one_checked(written):
@@ -64,7 +65,9 @@ def test_the_turn_that_a_sentence_names_is_the_one_checked(written):
     said = [first, late.format(turn=1, text=first), late.format(turn=7, text=first)]
     said.append(hedged.format(percent=80, text=first))
     lines = GRID, {"action": "south"}, *({"action": 2, "feedback": each} for each in said)
-    assert [each.holds for each in audit_transcript(written(*lines)).sentences] == [False, True, None, None]
+    found = [each.checked for each in audit_transcript(written(*lines)).sentences]
+    assert [each.outcome for each in found] == ["false", "true", "unbuilt", "hedged"]
+    assert [each.holds for each in found] == [False, True, None, None]
 
 
 @pytest.mark.parametrize(

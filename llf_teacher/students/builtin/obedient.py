@@ -1,27 +1,30 @@
 """obedient: does what the teacher's atoms say."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 from llf_teacher.students.advice import AdviceTaker, Believer
-from teachers.atoms import ActionClaim, PlanClaim, unhedged
+from llf_teacher.students.listening import ListeningPolicy
+from teachers.atoms import ActionClaim, Atom, PlanClaim, unhedged
 
 
-class _Policy(AdviceTaker["Obedient"]):
+class _Policy(ListeningPolicy["Obedient"], AdviceTaker["Obedient"]):
     """Learns from atoms."""
 
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
         """Learn from the atoms, then act."""
-        self.arrive(observation)
-        self._listen(info)
-        return self.decide()
+        self._listen(self.heard(observation, info, self.arrive(observation)))
+        action = self.decide()
+        self.did(action)
+        return action
 
     def finish(self, observation: dict[str, Any], info: dict[str, Any], terminated: bool) -> None:
         """Learn from the last atoms, for later episodes."""
-        self._listen(info)
+        self._listen(self.heard(observation, info, len(self._states)))
 
-    def _listen(self, info: dict[str, Any]) -> None:
-        for atom in info["atoms"]:
+    def _listen(self, atoms: Iterable[Atom]) -> None:
+        for atom in atoms:
             claim = unhedged(atom.claim)
             if isinstance(claim, ActionClaim):
                 self.hear(claim.kind, (claim.action,), atom.about_turn, endless=True)
@@ -33,6 +36,8 @@ class _Policy(AdviceTaker["Obedient"]):
 class Obedient(Believer):
     """Believes every claim about an action, hedged or flat; it reads claims as data, so the wording has no effect."""
 
+    follows_words: bool = False
+    """Whether it also believes words without claims, of people and models, as far as `pz_envs.checking` reads them."""
     reads = "atoms"
     policy = _Policy
     batch = "ObedientBatch"

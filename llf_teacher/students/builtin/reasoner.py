@@ -5,6 +5,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from llf_teacher.students.listening import ListeningPolicy
 from llf_teacher.students.student import Policy, Student
 from pz_envs.family import all_families
 from pz_envs.subject import Subject
@@ -16,7 +17,7 @@ from worlds.world import World
 _NEAR = 1e-9  # differences of regrets below this are rounding
 
 
-class _Policy(Policy["Reasoner"]):
+class _Policy(ListeningPolicy["Reasoner"]):
     """Keeps a `belief`."""
 
     belief: Belief = None  # type: ignore[assignment]  # before the first episode
@@ -34,6 +35,8 @@ class _Policy(Policy["Reasoner"]):
 
     def begin(self) -> None:
         """Begin an episode without memory; a student that does not forget still knows the rules that it has heard."""
+        super().begin()
+        self._turns = 0
         rules = () if self.spec.forget or self.belief is None else self.belief.rules
         self.belief = Belief(self._grounds, self.rng, self.spec.worlds, self.spec.trust)
         self.belief.keep(rules)
@@ -47,9 +50,13 @@ class _Policy(Policy["Reasoner"]):
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> int:
         """See, learn, and act; equally good actions are drawn from."""
         self.belief.see(info["sealed"])
-        self.belief.learn(info["atoms"])
+        heard = self.heard(observation, info, self._turns)
+        self.belief.learn(heard, read=heard[len(info["atoms"]) :])
         regrets = self.belief.regrets()
-        return int(self.rng.choice(np.flatnonzero(regrets <= regrets.min() + _NEAR)))
+        action = int(self.rng.choice(np.flatnonzero(regrets <= regrets.min() + _NEAR)))
+        self.did(action)
+        self._turns += 1
+        return action
 
     def finish(self, observation: dict[str, Any], info: dict[str, Any], terminated: bool) -> None:
         """Hear the last words, of which only rules matter."""
@@ -79,6 +86,8 @@ class Reasoner(Student):
     """By how much less than 1 a world counts for each claim that is false in it, 0 to 1; 0: it hears nothing."""
     forget: bool = True
     """Whether each episode starts without memory, as it should if each has another town."""
+    follows_words: bool = False
+    """As of `obedient`."""
     reads = "atoms"
     draws_worlds = True
     policy = _Policy

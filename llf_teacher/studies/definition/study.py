@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, cast
 import llf_teacher
 from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.registry import PREFIX, entry, types_of
-from llf_teacher.speakers.parsing import needed_of
+from llf_teacher.speakers.parsing import NEAR, needed_of, reader_spec
 from llf_teacher.students.student import Student
 from llf_teacher.studies.definition.custom_specs import parse_teacher, student_spec, teacher_spec
 from llf_teacher.studies.definition.design import BASELINE, SUBSETS, Transfer, check_interim_analyses, check_transfer
@@ -107,6 +107,11 @@ class Study:
     """Whether it is measured how much each claim says, and which regret it saves, by 256 worlds, or by so many. The
     lessons are the same. Families without a posterior say why it could not be measured.
     """
+    reader: str = NEAR
+    """What reads the words of teachers that speak in their own (models, people, policies, voices that rewrite), so that
+    they can be checked: `near`, the phrases and what is near them; `llm_reader(model=...)` or `module:function`, which
+    is asked for what these do not read; or `none`. The lessons are the same.
+    """
     names: Mapping[str, str] = field(default_factory=dict)
     """Names of teachers and students in the report, by their specs. Without one, those that ask a model are called
     `llm(model)`, and others by their specs.
@@ -129,6 +134,10 @@ class Study:
             problems.append(f"samples must be an integer of at least 1, got {self.samples!r}")
         if not (isinstance(self.bits, bool) or is_count(self.bits)):
             problems.append(f"bits must be true, false or a number of worlds, at least 1, got {self.bits!r}")
+        try:
+            set_(self, "reader", reader_spec(self.reader))
+        except ValueError as error:
+            problems.append(f"{error}")
         set_(self, "fewer", self._shortened(problems))
         set_(self, "options", check_options(self.options, self.ids, problems))
         set_(self, "baseline", self._compared(problems))
@@ -287,7 +296,7 @@ class Study:
             range(self.samples), self.feedback_types, *grid
         ):
             spec = EpisodeSpec(id, teacher, student, instruction_type, feedback_type, max_turns, seed, version, rules)
-            yield spec._replace(sample=sample, options=options, draws=self.draws)
+            yield spec._replace(sample=sample, options=options, draws=self.draws, reader=self.reader)
         plan = self.tests(id)
         for taught, worlds, number, feedback_type, teacher, student, seed in itertools.product(
             plan.taught, plan.worlds, plan.lessons, plan.feedback_types, plan.teachers, plan.students, grid.seeds
@@ -422,6 +431,8 @@ def to_toml(study: Study) -> str:
     tables = {name: table for name in ("interim_analyses", "transfer", "names") if (table := values.pop(name))}
     for name in ("transcripts", "primary", "bits"):
         values[name] = values[name] or None
+    if study.reader == NEAR:
+        del values["reader"]
     lines = _assignments(values)
     for name, table in tables.items():
         lines += ["", f"[{name}]", *_assignments(table)]

@@ -13,6 +13,7 @@ from llf_teacher.episodes.loop import play_remaining_turns, play_turns
 from llf_teacher.episodes.record import EpisodeSpec, Record
 from llf_teacher.episodes.recorder import Recorder
 from llf_teacher.gym import StudentEnv
+from llf_teacher.speakers.parsing import NOBODY, speaks_freely
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import Policy, Student
 from llf_teacher.studies.definition.custom_specs import arguments_of, parse_teacher
@@ -27,6 +28,8 @@ class _Lesson(NamedTuple):
     setting: tuple[object, ...]
     env: StudentEnv
     recorder: Recorder
+    own_words: bool
+    """Whether the teacher may speak in words of its own."""
 
 
 class _Idle(threading.local):
@@ -69,7 +72,7 @@ def _lesson(spec: EpisodeSpec, player: Student, id: str, teacher: str, feedback_
             text=player.text,
             **read_options(spec.options, id, player.text),
         )
-        lesson = _Lesson(setting, env, Recorder(env.family.name, env.student_view, env.teacher))
+        lesson = _Lesson(setting, env, Recorder(env.family.name, env.student_view, env.teacher), speaks_freely(taught))
     yield lesson
     lesson.recorder.forget()
     if not isinstance(taught, Personality):
@@ -89,9 +92,10 @@ def play(spec: EpisodeSpec, begins: Callable[[int], object] | None = None) -> Re
     """
     player = parse_student(spec.student)
     teacher, feedback_type = (TESTER, TEST_TYPE) if spec.lessons else (spec.teacher, spec.feedback_type)
-    with _lesson(spec, player, spec.id, teacher, feedback_type) as (_, env, recorder):
+    with _lesson(spec, player, spec.id, teacher, feedback_type) as (_, env, recorder, free):
         student = player.seat(env.family, env.session.world)
         recorder.measure(env.family, spec.seed, spec.draws)
+        recorder.read(env.family, spec.reader if free else NOBODY)
         if spec.lessons:
             attend(spec, player, student)
         for turn in play_turns(env, student, spec.seed, sample=spec.sample):
@@ -107,7 +111,7 @@ def attend(spec: EpisodeSpec, player: Student, policy: Policy[Student]) -> None:
     The seed's streams continue from lesson to lesson; the test has their first episode. Lessons end as episodes of
     studies do, each with a call of the policy's `finish`.
     """
-    with _lesson(spec, player, spec.taught, spec.teacher, spec.feedback_type) as (_, env, _):
+    with _lesson(spec, player, spec.taught, spec.teacher, spec.feedback_type) as (_, env, *_):
         env.reset(seed=spec.seed)
         session, view = env.session, env.student_view
         opening = session.moment

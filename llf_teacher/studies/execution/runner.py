@@ -15,6 +15,8 @@ from llf_teacher.episodes.failure import Failure, failure
 from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.models.cache import spending
 from llf_teacher.models.settings import CACHE
+from llf_teacher.speakers.llm_reader import LLMReader
+from llf_teacher.speakers.parsing import parse_reader
 from llf_teacher.speakers.speaker import Speaker
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies.definition.custom_specs import check_portable, parse_teacher
@@ -193,6 +195,8 @@ class _Run:
             parse_student(student).check(os.environ | self._environment)
         for teacher in speakers(self._study) if tally.todo else ():
             teacher.check(os.environ | self._environment)
+        if tally.todo and isinstance(reader := parse_reader(self._study.reader), LLMReader):
+            reader.check(os.environ | self._environment)
         executor = options.engine(workers)
         if tally.todo and executor not in executors.HERE:
             check_portable((*self._study.teachers, *self._study.transfer.get("teachers", ()), *tally.students))
@@ -331,6 +335,7 @@ def manifest(study: Study) -> dict[str, Any]:
         "played": {family: list(each) for family, each in study.versions.items()},
         "students": {spec: facts for spec in study.students if (facts := parse_student(spec).facts())},
         "teachers": {f"{teacher}": facts for teacher in speakers(study) if (facts := teacher.facts())},
+        **({"reader": reader.facts()} if isinstance(reader := parse_reader(study.reader), LLMReader) else {}),
         "own": facts_of(*((*getattr(study, name), *study.transfer.get(name, ())) for name in ("students", "teachers"))),
         "versions": _versions(),
         "python": platform.python_version(),

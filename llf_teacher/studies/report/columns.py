@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from llf_teacher.episodes.record import EpisodeSpec, unpack_regrets
+from llf_teacher.episodes.record import READINGS, EpisodeSpec, unpack_regrets
 from llf_teacher.registry import entry
 from llf_teacher.studies.analysis.outcomes import SETTING, Column, Outcomes, gathered
 from llf_teacher.studies.definition.study import Study
@@ -26,7 +26,7 @@ CHECKED = (*_FLAT, Label.HEDGED)
 """Labels of checked claims."""
 _SUMMED = (
     *("success", "regret", "turns", "words", "parse_failures", "claims", "claims_held", "advised", "followed"),
-    *("unchecked", "changes"),
+    *("unchecked", "changes", *READINGS),
     *(f"said_{kind}" for kind in KINDS),
     *CHECKED,
 )
@@ -183,6 +183,12 @@ class Columns:
         )
         for setting, seed, why, *values in rows:
             yield self._there[setting], seed, why, np.array(values, float)
+
+    def false(self) -> Iterator[tuple[EpisodeSpec, int, str]]:
+        """The setting, the seed and the key of each episode with a sentence that was read and is false."""
+        query = f"SELECT setting, seed, lower(hex(key)) FROM {_WANTED} WHERE read_false + model_false > 0"  # noqa: S608
+        for setting, seed, key in self._db.execute(f"{query} ORDER BY setting, seed"):
+            yield self._there[setting], seed, key
 
     def revisions(self) -> dict[int, Revision]:
         """How many episodes each revision has in the store, those of other definitions included."""

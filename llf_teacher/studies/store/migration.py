@@ -22,7 +22,7 @@ def migrate(old: Path, new: Path, progress: Callable[[int, int], object] | None 
     """Copy the episodes, turns and manifest of an older store into a new one; the old one is only read.
 
     Args:
-        old: a store of schema version 3, 4 or 5.
+        old: a store of schema version 3 to 6.
         new: the target; it is created, or completed after an interrupted migration.
         progress: called with the number of episodes that are done, and the total.
 
@@ -76,7 +76,7 @@ def _copy_4(db: sqlite3.Connection, store: Store) -> Iterator[None]:
 
 
 def _copy_5(db: sqlite3.Connection, store: Store) -> Iterator[None]:
-    """Copy a store without the columns of how much claims say; stops after each episode."""
+    """Copy a store without the columns of how much claims say, or of what was read; stops after each episode."""
     newest = store.manifest()
     facts = db.execute("SELECT revision, facts FROM definition ORDER BY revision").fetchall()
     revisions = {0: 0, **{revision: store.define(json.loads(text)) for revision, text in facts}}
@@ -97,9 +97,11 @@ def _copy_5(db: sqlite3.Connection, store: Store) -> Iterator[None]:
 def _add(store: Store, row: sqlite3.Row) -> None:
     """Add an episode as an older store has it."""
     spec, episode = _known(EpisodeSpec, row), _known(EpisodeRow, row)
-    if spec.key != row["name"] or len(unpack_turns(row["packed"])) != episode.turns + 1:
+    turns = unpack_turns(row["packed"])
+    if spec.key != row["name"] or len(turns) != episode.turns + 1:
         raise StoreError(f"the episode {row['name']} is incomplete, or its key is not that of {spec}")
-    store.add_packed(spec, episode, row["packed"])
+    sums = {name: sum(turn[name] or 0 for turn in turns) for name in ("unbuilt", "withheld")}
+    store.add_packed(spec, episode._replace(**sums), row["packed"])
 
 
 def _copy_failures(db: sqlite3.Connection, store: Store) -> None:
@@ -127,4 +129,4 @@ def _record(db: sqlite3.Connection, row: sqlite3.Row) -> Record:
     return Record(spec, EpisodeRow(**(sums._asdict() | totals)), turns)
 
 
-_COPIES = {3: _copy_3, 4: _copy_4, 5: _copy_5}
+_COPIES = {3: _copy_3, 4: _copy_4, 5: _copy_5, 6: _copy_5}

@@ -104,6 +104,8 @@ const teacher = (state) => {
     if (!choices.length) choices.push(make("p", "There is nothing true to say.", { class: "quiet" }));
     byId("claims").replaceChildren(legend, ...choices);
   } else {
+    byId("understood-head").hidden = !state.understood.length;
+    byId("understood").replaceChildren(...state.understood.map((each) => drawn("p", each)));
     byId("suggestion").textContent = state.suggestion ? `It would say: ${state.suggestion}` : "It would say nothing.";
   }
 };

@@ -4,13 +4,46 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 from typing import Any, NamedTuple
 
+from llf_teacher.episodes.record import READINGS
+from llf_teacher.registry import entry
 from llf_teacher.students.student import TAUGHT
 from llf_teacher.studies.definition.design import main_types
-from llf_teacher.studies.report.columns import CHECKED, Sums
+from llf_teacher.studies.report.columns import CHECKED, Sums, columns
 from llf_teacher.studies.report.data import Data
 from llf_teacher.studies.report.parts.part import Part
 from llf_teacher.studies.report.section import added, reads, share
+from llf_teacher.theme.turns import claim_code
 from teachers.atoms import KINDS, Label
+
+
+class OwnWords(NamedTuple):
+    """What was read of a teacher's sentences in its own words."""
+
+    sentences: int
+    """Number of all of them."""
+    read: float
+    """Share of those that were read and whose claim was checked."""
+    alone: int
+    """Number of those that were read without a model."""
+    false: float
+    """Share of these that are false."""
+    bounds: tuple[float, float]
+    """Its interval, which contains the reader's own error, by `share_false`; that does not hold for a model's."""
+    model: int
+    """Number of those that a model read."""
+    model_false: int
+    """Number of these that are false."""
+
+
+class FalseSentence(NamedTuple):
+    """A sentence that was read and is false."""
+
+    id: str
+    seed: int
+    turn: int
+    text: str
+    code: str
+    """Its claim."""
 
 
 class Account(NamedTuple):
@@ -34,6 +67,8 @@ class Account(NamedTuple):
     parse_failures: int
     """Number of answers that were no action."""
     turns: int
+    own: OwnWords | None
+    """None if nothing was said, or read, in its own words."""
 
 
 def accounts(data: Data, instruction_type: str, feedback_type: str) -> Iterator[Account]:
@@ -63,13 +98,41 @@ def _account(teacher: str, mine: Sequence[Sums], uptake: float | None) -> Accoun
         words=added(mine, "words") / turns,
         parse_failures=int(added(mine, "parse_failures")),
         turns=int(turns),
+        own=_own_words({name: int(added(mine, name)) for name in READINGS}),
     )
+
+
+def _own_words(sums: Mapping[str, int]) -> OwnWords | None:
+    alone = sums["read_exact"] + sums["read_near"]
+    read = alone + sums["read_model"]
+    if not (sentences := read + sums["unread"]):
+        return None
+    from pz_envs.checking import share_false
+
+    false, bounds = (sums["read_false"] / alone, share_false(sums["read_false"], alone)) if alone else (0.0, (0.0, 1.0))
+    return OwnWords(sentences, read / sentences, alone, false, bounds, sums["read_model"], sums["model_false"])
+
+
+def _examples(data: Data) -> dict[tuple[str, str, str], FalseSentence]:
+    """By teacher, instruction type and feedback type the first sentence that was read and is false."""
+    found: dict[tuple[str, str, str], FalseSentence] = {}
+    with columns(data.store, data.planned) as there:
+        for setting, seed, key in there.false():
+            place = setting.teacher, setting.instruction_type, setting.feedback_type
+            if not setting.lessons and place not in found:
+                said = ((turn, each) for turn in data.store.turns(key) for each in turn["readings"] or ())
+                turn, each = next((turn, each) for turn, each in said if each["holds"] is False)
+                code = claim_code(each, entry(setting.id).family.name)
+                found[place] = FalseSentence(setting.id, seed, turn["turn"], each["text"], code)
+    return found
 
 
 def _values(data: Data) -> Mapping[str, Any]:
     types = product(data.study.instruction_types, main_types(data.study.feedback_types))
     found = {pair: list(accounts(data, *pair)) for pair in types}
+    own = any(row.own for rows in found.values() for row in rows)
     return {
+        "examples": _examples(data) if own else {},
         "accounts": {pair: rows for pair, rows in found.items() if rows},
         "kinds": KINDS,
         "labels": [
