@@ -19,8 +19,8 @@ __all__ = ["ALONE", "MODEL", "NOT_READ", "UNBUILT", "CheckedSentence", "ClaimRea
 READ, READ_RIGHT = 119, 111
 """How many sentences were read that no choice was made by, and how many of these right; all by the near layer.
 
-Measured by `llf dev reading tests/reading/unseen.txt`, as docs/how-claims-are-checked.md says. No sentence there is of the exact layer,
-which is taken to be no better.
+Measured on tests/reading/unseen.txt, as docs/how-claims-are-checked.md says. No sentence there is of
+the exact layer, which is taken to be no better.
 """
 ALONE, MODEL = ("exact", "near"), "model"
 """The layers that need no model, whose errors `share_false` knows, and the last one."""

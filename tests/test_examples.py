@@ -37,7 +37,7 @@ def test_where_a_turn_goes():
         shares = [int(cell) for cell in row.strip("| ").split(" | ")[2:]]
         assert len(shares) == 4
         assert min(shares) > 0
-        assert sum(shares) < 100
+        assert sum(shares) <= 102  # each is rounded
     assert len(rows) == 2
 
 
