@@ -38,7 +38,7 @@ REWARDS = "rewards"
 """The option `oracle` for a teacher who says what is paid, and no more."""
 _HOMES = {"BabyAI-": "minigrid", "MiniGrid-": "minigrid", "highway-": "highway_env"}
 """By the beginnings of ids, the packages that register them when they are imported."""
-_EXTRAS = {"minigrid": "minigrid"}
+_EXTRAS = {"Box2D": "box2d", "minigrid": "minigrid"}
 """By package the extra that installs it."""
 _OURS = ("llf-", "verbal-", "teacher/")
 _MAKES = ("max_episode_steps",)  # arguments of `gymnasium.make` that matter here
@@ -158,12 +158,16 @@ class Registered(Subject):
 
         Raises:
             ValueError: an option is not allowed; the message has the environment's own error.
+            ModuleNotFoundError: the environment needs a package that is not installed.
         """
         given = {name: value for name, value in options.items() if name != "oracle"}
         modes = getattr(self._creator, "metadata", {}).get("render_modes") or ()
         shown: dict[str, Any] = {"render_mode": render_mode} if render_mode in modes else {}
         try:
             return gymnasium.make(self.spec, **given, **shown, disable_env_checker=True)
+        except gymnasium.error.DependencyNotInstalled as error:
+            remedies = [pip_install(extra) for package, extra in _EXTRAS.items() if package in f"{error}"]
+            raise ModuleNotFoundError(f"{self.id} cannot be made: {'; run: '.join([f'{error}', *remedies])}") from error
         except Exception as error:  # environments raise errors of many kinds
             said = ", ".join(f"{name}={value!r}" for name, value in given.items()) or "its default options"
             raise ValueError(

@@ -138,6 +138,19 @@ def test_labels_never_meet():
     assert all(below.y1 <= above.y0 for below, above in itertools.pairwise(boxes))
 
 
+def test_negated_rewards_are_drawn_below_zero():
+    ends = {}
+    with matplotlib.rc_context(STYLE):
+        for sign in (1, -1):
+            mean = sign * np.array([2.0, 4.0, 8.0])
+            (ax,) = curve_plot({"p": {"t": Band(mean, mean, mean)}}, ["t"], "reward").axes
+            ends[sign] = ax.get_ylim()
+    assert ends[1][0] == 0
+    assert ends[1][1] >= 8
+    assert ends[-1][0] <= -8
+    assert ends[-1][1] >= -2
+
+
 def test_titles_never_meet():
     """Of panels side by side, whatever students are called."""
     band = Band(*(np.linspace(0, 1, 5),) * 3)

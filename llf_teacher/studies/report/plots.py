@@ -290,7 +290,8 @@ def curve_plot(
         ax.margins(x=0)
     axes[0].xaxis.set_major_locator(ticks(integer=True, narrow=narrow))
     axes[0].yaxis.set_major_locator(ticks())
-    axes[0].set_ylim(bottom=0)
+    if min(ax.dataLim.y0 for ax in axes[: len(panels)]) >= 0:  # negated rewards, which may stand for regret, lie below
+        axes[0].set_ylim(bottom=0)
     for ax in axes[len(panels) :]:
         ax.set_axis_off()
     for ax in axes[max(0, len(panels) - columns) : len(panels)]:
