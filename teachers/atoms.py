@@ -283,6 +283,10 @@ class Claim(Generic[TruthT, WorldT]):
         """
         return None
 
+    def amount(self, moment: Moment[TruthT], lab: WorldT, action: Any) -> float | None:
+        """The same as it is said, by another way than `Oracle.amounts`."""
+        return self.worth(moment, lab, action)
+
 
 def _has_numpy(values: tuple[Any, ...]) -> bool:
     return any(_has_numpy(each) if type(each) is tuple else type(each).__module__ == "numpy" for each in values)

@@ -227,6 +227,11 @@ class ExactOracle(Oracle[Position, GymWorld]):
         values = self.model.at(truth, self.lab)
         return values.ranked(values.worths(truth.seen, truth.turn))
 
+    def amounts(self, truth: Position) -> tuple[float, ...]:
+        """The expected sum of rewards after each action."""
+        worths = self.model.at(truth, self.lab).worths(truth.seen, truth.turn)
+        return tuple(worth.earned for worth in worths)
+
     def _basics(self, truth: Position) -> tuple[Claim, ...]:
         model, values = self.model, self.model.at(truth, self.lab)
         aim = Discounted(gamma=model.gamma) if model.horizon is None else Total(turns=model.horizon)  # type: ignore[arg-type]  # one is None

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import gymnasium
+import numpy as np
 from gymnasium import spaces
 
 from teachers.planning.contents import HINT, counts_of, other_parts
@@ -16,6 +17,7 @@ from teachers.planning.transitions import Transition, Transitions
 _Env = gymnasium.Env[Any, Any]
 _EPISODES, _STEPS = 20, 100  # of random play, by which a table is tried
 _TIMES = 6  # that an action is tried in each state, where chance decides what it does
+_LATE = 2_000  # steps of walks, after which it is tried, too
 _SURE = 1e-9  # by which chances may miss 1
 _OF_TABLE = {"P", "s", "lastaction"}  # attributes that are no further part of the state
 
@@ -81,7 +83,9 @@ def table_of(env: _Env, turns: int, whole: bool = False) -> tuple[Transitions, S
     else:
         transitions, state, source = _read(env), state_number, "the environment's table of transitions"
         _check_whole(transitions)
-        _try_all(env, transitions, turns, whole)
+        states = _reachable(env, transitions)
+        _try_all(env, transitions, states, turns, whole)
+        _try_late(env, transitions, states, turns)
         look = OfTable(transitions)
     _try_out(env, transitions, state, turns)
     return transitions, look, source
@@ -130,7 +134,7 @@ def _check_whole(transitions: Transitions) -> None:
                 raise PlanningError(f"the chances of {where} do not add up to 1")
 
 
-def _try_all(env: _Env, transitions: Transitions, turns: int, whole: bool) -> None:
+def _try_all(env: _Env, transitions: Transitions, states: Sequence[int], turns: int, whole: bool) -> None:
     """Set the environment to each state, and take each action: random play seldom sees a goal or a wrapper's bonus.
 
     Raises:
@@ -138,19 +142,39 @@ def _try_all(env: _Env, transitions: Transitions, turns: int, whole: bool) -> No
     """
     counts = counts_of(env)
     left_out = {*_OF_TABLE, *counts}
-    states = _reachable(env, transitions)
     parts = other_parts(env, left_out)
     for count in (None, *((0, turns - 1) if counts else ())):
         for state in states:
             for action, each in enumerate(transitions[state]):
                 for _ in range(1 if len(each) == 1 else _TIMES):
-                    over = _try_step(env, transitions, state, action, {} if count is None else dict.fromkeys(counts, count))
-                    if over and not whole:
-                        _check_parts(parts, other_parts(env, left_out))
-                    if over:
+                    now = {} if count is None else dict.fromkeys(counts, count)
+                    if _try_step(env, transitions, state, action, now):
+                        if not whole:
+                            _check_parts(parts, other_parts(env, left_out))
                         env.reset(seed=0)
             if not whole:
                 _check_parts(parts, other_parts(env, left_out))
+
+
+def _try_late(env: _Env, transitions: Transitions, states: Sequence[int], turns: int) -> None:
+    """Walk at random, for many numbers of steps, and then set the environment to where there is a reward or an end.
+
+    Raises:
+        PlanningError: the table does not say what happens.
+    """
+    goals = [(s, a) for s in states for a, each in enumerate(transitions[s]) if any(r or t is None for _, t, r in each)]
+    rng, left = np.random.default_rng(0), _LATE if goals else 0
+    while left > 0:
+        env.reset(seed=left)
+        left -= 1
+        for _ in range(int(rng.integers(turns))):
+            row = transitions[state_number(env)]
+            going = [action for action, each in enumerate(row) if None not in [after for _, after, _ in each]]
+            left -= 1
+            if not going or any(_check_step(env, transitions, state_number, int(rng.choice(going)))):
+                break
+        else:
+            _try_step(env, transitions, *goals[rng.integers(len(goals))], {})
 
 
 def _reachable(env: _Env, transitions: Transitions) -> Sequence[int]:

@@ -264,8 +264,7 @@ def _check_admissible(task: SearchTask, world: GymWorld, actions: Sequence[Any],
         if (guessed := task.guess(world.env)) > left:
             raise PlanningError(
                 f"the heuristic guesses {guessed:g} actions where {left} solve the task, which one that is admissible "
-                "does not; "
-                + ("leave out admissible=True" if given else "pass a heuristic=... of Searched")
+                "does not; " + ("leave out admissible=True" if given else "pass a heuristic=... of Searched")
             )
         world.advance(actions[-left])
 
