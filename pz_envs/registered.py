@@ -169,8 +169,8 @@ class Registered(Subject):
         for name, value in given.items():
             if name in FIELDS:
                 raise ValueError(
-                    f"{name} is no option of {self.id} but a setting of its lesson, got {name}={value!r}; options that it "
-                    f"has: {', '.join(self.options())}"
+                    f"{name} is no option of {self.id} but a setting of its lesson, got {name}={value!r}; options that "
+                    f"it has: {', '.join(self.options())}"
                 )
             if isinstance(self._defaults.get(name), bool) and isinstance(value, str):
                 raise ValueError(f"{name} of {self.id} must be true or false, got {value!r}")

@@ -258,7 +258,7 @@ def _tried(scout: Scout, world: GymWorld, given: bool) -> SearchResult:
 
 
 def _check_admissible(task: SearchTask, world: GymWorld, actions: Sequence[Any], given: bool) -> None:
-    """Compare what an admissible heuristic, one that was given or known, guesses on a way with the actions left of it."""
+    """Compare what an admissible heuristic, given or known, guesses on a way with the actions that are left of it."""
     world.restore(Position(None, 0, world.truth.episode))
     for left in range(len(actions), 0, -1) if task.measures else ():
         if (guessed := task.guess(world.env)) > left:
