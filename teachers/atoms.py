@@ -283,8 +283,8 @@ class Claim(Generic[TruthT, WorldT]):
         """
         return None
 
-    def amount(self, moment: Moment[TruthT], lab: WorldT, action: Any) -> float | None:
-        """The same as it is said, by another way than `Oracle.amounts`."""
+    def stated_worth(self, moment: Moment[TruthT], lab: WorldT, action: Any) -> float | None:
+        """The same as it is said, by another way than `Oracle.stated_values`."""
         return self.worth(moment, lab, action)
 
 

@@ -149,7 +149,7 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
         """Value per discrete action, greater is better; None where actions cannot be enumerated."""
         return None
 
-    def amounts(self, truth: TruthT) -> tuple[float, ...] | None:
+    def stated_values(self, truth: TruthT) -> tuple[float, ...] | None:
         """The values as they are said: those of `values`, without what only decides between equal ones."""
         return self.values(truth)
 

@@ -15,6 +15,7 @@ from worlds.wrapped.snapshots import shake
 _Env = gymnasium.Env[Any, Any]
 _EPISODES, _STEPS = 500, 20  # of random play, and steps of each
 _SECONDS = 2.0
+_PATIENCE = 30  # episodes in which an observation has to come again
 
 
 def privileged(env: _Env, own: Known | None) -> bool | None:
@@ -37,6 +38,7 @@ def _hides(env: _Env) -> bool:
     space, begun = copy.deepcopy(env.action_space), time.monotonic()
     space.seed(0)
     seen: dict[Hashable, Hashable] = {}
+    again = 0
     for seed in range(_EPISODES):
         observation, _ = env.reset(seed=seed)
         for turn in range(_STEPS):
@@ -49,10 +51,11 @@ def _hides(env: _Env) -> bool:
                 result = still_value(observation), repr(float(reward)), terminated
             except TypeError:  # an observation of a kind that cannot be compared
                 return False
+            again += key in seen
             if seen.setdefault(key, result) != result:
                 return True
             if terminated or truncated or time.monotonic() - begun > _SECONDS:
                 break
-        if time.monotonic() - begun > _SECONDS:
+        if time.monotonic() - begun > _SECONDS or (seed > _PATIENCE and not again):
             break
     return False

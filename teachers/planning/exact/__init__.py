@@ -227,7 +227,7 @@ class ExactOracle(Oracle[Position, GymWorld]):
         values = self.model.at(truth, self.lab)
         return values.ranked(values.worths(truth.seen, truth.turn))
 
-    def amounts(self, truth: Position) -> tuple[float, ...]:
+    def stated_values(self, truth: Position) -> tuple[float, ...]:
         """The expected sum of rewards after each action."""
         worths = self.model.at(truth, self.lab).worths(truth.seen, truth.turn)
         return tuple(worth.earned for worth in worths)

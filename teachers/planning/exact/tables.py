@@ -177,9 +177,9 @@ def _try_late(env: _Env, transitions: Transitions, states: Sequence[int], turns:
             _try_step(env, transitions, *goals[rng.integers(len(goals))], {})
 
 
-def _reachable(env: _Env, transitions: Transitions) -> Sequence[int]:
+def _reachable(env: _Env, transitions: Transitions) -> Sequence[Any]:
     """The states in which an action can be taken, from the starts of some episodes on."""
-    starts = []
+    starts: list[Any] = []
     for seed in range(_EPISODES):
         env.reset(seed=seed)
         starts.append(state_number(env))
