@@ -165,7 +165,7 @@ def _try_late(env: _Env, transitions: Transitions, states: Sequence[int], turns:
     goals = [(s, a) for s in states for a, each in enumerate(transitions[s]) if any(r or t is None for _, t, r in each)]
     rng, left = np.random.default_rng(0), _LATE if goals else 0
     while left > 0:
-        env.reset(seed=left)
+        env.reset(seed=left % _EPISODES)
         left -= 1
         for _ in range(int(rng.integers(turns))):
             row = transitions[state_number(env)]
