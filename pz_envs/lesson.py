@@ -19,6 +19,7 @@ from worlds.pictures import Picture
 from worlds.world import World
 from worlds.wrapped.gym_world import GymWorld
 from worlds.wrapped.rendered import RenderedPicture
+from worlds.wrapped.snapshots import layers
 
 _MAX_TURNS = 100  # of an environment without a limit
 _LIMITS = ("_max_episode_steps", "max_episode_steps", "max_steps")  # the names of Gymnasium's TimeLimit and of others
@@ -98,6 +99,8 @@ class Lesson(Subject):
         if self.planned is not None:
             self._world.model = self.planned.model
             self._world.notes = {"objective": self.planned.objective} if self.planned.objective else {}
+            if self.planned.privileged:
+                self._world.notes |= {"privileged": True}
         self._scratch = self._world.scratch
         self._phrases = {} if phrases is None else phrases
         self.phrasebook()
@@ -174,14 +177,9 @@ def _checked(oracle: Any) -> Callable[[Callable[[], World[Any]]], Oracle]:
 
 
 def limits_of(env: gymnasium.Env[Any, Any]) -> list[Any]:
-    """What the environment has as its time limit: in its spec, a wrapper or an attribute."""
+    """What the environment has as its time limit: in its spec, its wrappers and attributes."""
     limits: list[Any] = [env.spec.max_episode_steps] if env.spec else []
-    for name in _LIMITS:
-        try:
-            limits.append(env.get_wrapper_attr(name))
-        except AttributeError:
-            continue
-    return limits
+    return [*limits, *(getattr(layer, name) for layer in layers(env) for name in _LIMITS if hasattr(layer, name))]
 
 
 def least(limits: Sequence[Any]) -> int:

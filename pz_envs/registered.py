@@ -111,15 +111,21 @@ class Registered(Subject):
 
     def options(self) -> tuple[str, ...]:
         """The names of the world's options: of a class those of its bases, too, as far as it passes arguments on."""
-        found: dict[str, None] = {"oracle": None, **dict.fromkeys(_MAKES), **dict.fromkeys(self.spec.kwargs)}
+        return tuple(name for name in self._defaults if name not in FIELDS)
+
+    @cached_property
+    def _defaults(self) -> dict[str, Any]:
+        """The options with their defaults, as far as these are known."""
+        found: dict[str, Any] = {"oracle": None, **dict.fromkeys(_MAKES), **self.spec.kwargs}
         for cls in getattr(self._creator, "__mro__", (self._creator,)):
             if isinstance(cls, type) and "__init__" not in vars(cls):
                 continue
             own = list(inspect.signature(cls).parameters.values())
-            found.update({each.name: None for each in own if each.kind not in (each.VAR_KEYWORD, each.VAR_POSITIONAL)})
+            named = (each for each in own if each.kind not in (each.VAR_KEYWORD, each.VAR_POSITIONAL))
+            found |= {each.name: each.default for each in named if each.name not in found}
             if not any(each.kind == each.VAR_KEYWORD for each in own):
                 break
-        return tuple(name for name in found if name not in FIELDS)
+        return found
 
     def turns(self, given: int | None = None, **options: Any) -> int:
         """The fewest of the given turns and the environment's own."""
@@ -161,6 +167,14 @@ class Registered(Subject):
             ModuleNotFoundError: the environment needs a package that is not installed.
         """
         given = {name: value for name, value in options.items() if name != "oracle"}
+        for name, value in given.items():
+            if name in FIELDS:
+                raise ValueError(
+                    f"{name} is no option of {self.id} but a setting of its lesson, got {name}={value!r}; options that "
+                    f"it has: {', '.join(self.options())}"
+                )
+            if isinstance(self._defaults.get(name), bool) and isinstance(value, str):
+                raise ValueError(f"{name} of {self.id} must be true or false, got {value!r}")
         modes = getattr(self._creator, "metadata", {}).get("render_modes") or ()
         shown: dict[str, Any] = {"render_mode": render_mode} if render_mode in modes else {}
         try:

@@ -283,6 +283,10 @@ class Claim(Generic[TruthT, WorldT]):
         """
         return None
 
+    def stated_worth(self, moment: Moment[TruthT], lab: WorldT, action: Any) -> float | None:
+        """The same as it is said, by another way than `Oracle.stated_values`."""
+        return self.worth(moment, lab, action)
+
 
 _PLAIN = frozenset((bool, int, float, str, type(None)))
 

@@ -50,7 +50,8 @@ class Reward(Claim[Any]):
 
     def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
         """Compare with the world's payment."""
-        return moment.before is not None and self.reward == moment.reward
+        alike = self.reward == moment.reward or (math.isnan(self.reward) and math.isnan(moment.reward))
+        return moment.before is not None and alike
 
     def means(self, moment: Moment[Any], oracle: Any) -> bool:
         """Compare with the world's payment."""
@@ -232,7 +233,7 @@ class NoDifference(Grounded[Any], ActionClaim[Any]):
     def _agrees(self, moment: Moment[Any], lab: World[Any]) -> bool:
         """Whether the values are what the verdict finds for each action, if it can tell."""
         actions = [lab.legal(each) for each in range(int(lab.action_space.n))]  # type: ignore[attr-defined]  # Discrete
-        values = {action: self._ground.worth(moment, lab, action) for action in actions}
+        values = {action: self._ground.stated_worth(moment, lab, action) for action in actions}
         if None in values.values():
             return True
         mine = values.pop(self.action)
@@ -245,7 +246,7 @@ class NoDifference(Grounded[Any], ActionClaim[Any]):
 
     def means(self, moment: Moment[Any], oracle: Any) -> bool:
         """Compute the values."""
-        values = None if moment.before is None else oracle.values(moment.before)
+        values = None if moment.before is None else oracle.stated_values(moment.before)
         if values is None or not _acted(self.action, moment):
             return False
         other = max(value for action, value in enumerate(values) if action != moment.action)

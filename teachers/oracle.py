@@ -149,6 +149,10 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
         """Value per discrete action, greater is better; None where actions cannot be enumerated."""
         return None
 
+    def stated_values(self, truth: TruthT) -> tuple[float, ...] | None:
+        """The values as they are said: those of `values`, without what only decides between equal ones."""
+        return self.values(truth)
+
     def importance(self, truth: TruthT) -> float:
         """What is at stake in the next action: the best value minus the worst, at most `max_importance`.
 

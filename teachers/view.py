@@ -94,6 +94,10 @@ class View:
         """Value per discrete action before the last one; None also if no action was executed."""
         return None if self.moment.before is None else self._oracle.values(self.moment.before)
 
+    def past_stated_values(self) -> tuple[float, ...] | None:
+        """The same as they are said."""
+        return None if self.moment.before is None else self._oracle.stated_values(self.moment.before)
+
     def importance(self) -> float:
         """What is at stake in the next action."""
         return self._oracle.importance(self.moment.after)

@@ -94,7 +94,7 @@ def print_missing() -> None:
 
 
 def read_options(given: list[str] | None) -> dict[str, Any]:
-    """Options of a world that were given as NAME=VALUE, where a value is JSON, or a text.
+    """Options of a world that were given as NAME=VALUE, where a value is JSON, True, False or None, or a text.
 
     Raises:
         ValueError: one has no `=`.
@@ -105,7 +105,7 @@ def read_options(given: list[str] | None) -> dict[str, Any]:
         if not equals or not name:
             raise ValueError(f"an option must be NAME=VALUE, as in map_name=8x8, got {each!r}")
         try:
-            options[name] = json.loads(value)
+            options[name] = json.loads({"True": "true", "False": "false", "None": "null"}.get(value, value))
         except ValueError:
             options[name] = value
     return options

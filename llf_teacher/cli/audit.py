@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
@@ -19,7 +19,7 @@ from rich.markup import escape
 from rich.progress import track
 from rich.table import Table
 
-from llf_teacher.cli import print_missing, search_here
+from llf_teacher.cli import print_missing, read_options, search_here
 from llf_teacher.escaping import escape_control_chars
 
 if TYPE_CHECKING:
@@ -54,6 +54,10 @@ def audit(
     voice: Annotated[
         str, typer.Option(help="Name of a voice, path of a voice's file, or module:function that rewrites sentences.")
     ] = "plain",
+    option: Annotated[
+        list[str] | None,
+        typer.Option(help="Option of the environments' worlds, as NAME=VALUE; repeat it for several."),
+    ] = None,
     workers: Annotated[
         int | None, typer.Option(min=1, help="Parallel processes; by default one for each core.")
     ] = None,
@@ -96,6 +100,7 @@ def audit(
 
     search_here()  # for `module:function`
     _voice(voice)
+    options = read_options(option)
     if not ids:
         print_missing()
         ids = [id for id in registry.ids() if not registry.entry(id).family.missing()]
@@ -107,10 +112,12 @@ def audit(
     unmeasured: dict[str, None] = {}
     for id, spec in itertools.product(chosen, specs):
         family = registry.entry(id).family
+        if unknown := [name for name in options if name not in family.options()]:
+            raise ValueError(f"{id} has no option {unknown[0]}; allowed: {', '.join(family.options()) or 'none'}")
         if bits and not family.posterior:
             unmeasured[family.name] = None
-        elif family.serves(spec, **family.posterior_needs):
-            jobs.append((id, spec, turns, feedback_type, voice, bits))
+        elif family.serves(spec, **{**family.posterior_needs, **options}):
+            jobs.append((id, spec, turns, feedback_type, voice, bits, options))
         else:
             left_out.setdefault(family.name, {})[spec] = None
     if unmeasured:
@@ -188,7 +195,7 @@ def _matching(patterns: list[str], names: Iterable[str], other: Callable[[str], 
     return list(found)
 
 
-def _audits(jobs: list[tuple[str, str, int, str, str, int]], workers: int | None) -> Iterator["Audit"]:
+def _audits(jobs: list[tuple[Any, ...]], workers: int | None) -> Iterator["Audit"]:
     if len(jobs) == 1:
         yield _audit(*jobs[0])
         return
@@ -202,10 +209,12 @@ def _audits(jobs: list[tuple[str, str, int, str, str, int]], workers: int | None
             pool.shutdown(cancel_futures=True)
 
 
-def _audit(id: str, teacher: str, turns: int, feedback_type: str, voice: str, worlds: int) -> "Audit":
+def _audit(
+    id: str, teacher: str, turns: int, feedback_type: str, voice: str, worlds: int, options: dict[str, Any]
+) -> "Audit":
     from llf_teacher.tools.audit import audit
 
-    return audit(id, teacher, turns=turns, feedback_type=feedback_type, voice=_voice(voice), worlds=worlds)
+    return audit(id, teacher, turns=turns, feedback_type=feedback_type, voice=_voice(voice), worlds=worlds, **options)
 
 
 def _voice(name: str) -> "Voice":

@@ -16,7 +16,7 @@ class _Comparison(Stage["Equal"]):
         self._turns, self._total = 0, 0.0
 
     def speak(self, claims: Claims, view: View) -> Claims:
-        values, action = view.past_values(), view.moment.action
+        values, action = view.past_stated_values(), view.moment.action
         if values is None:
             return claims
         self._turns, self._total = self._turns + 1, self._total + max(values) - min(values)

@@ -21,7 +21,9 @@ from typing import Any
 import gymnasium
 import numpy as np
 
+from teachers.planning.known import is_patched
 from teachers.planning.transitions import Transition, Transitions
+from worlds.wrapped.snapshots import layers
 
 FOLDER = "LLF_CACHE"
 """The variable that names the folder."""
@@ -29,6 +31,7 @@ MOST = 256_000_000
 """Greatest size of all files, in bytes; those that were used last stay."""
 _ENDING, _HALF = ".npz", ".half"
 _OLD = 86_400  # seconds after which the half-written file of a process that ended is deleted
+_BUILT_IN = {"abc", "builtins", "typing"}
 _INSTALLED = {"site-packages", "dist-packages"}
 _PLAIN = (str, int, float, bool, type(None))
 
@@ -44,27 +47,26 @@ def folder() -> Path | None:
 def key_of(env: gymnasium.Env[Any, Any], *more: Any) -> str:
     """The key of what was found out about an environment; empty if it must not be stored.
 
-    It is made of the environment's spec, its options included, of the versions of the distributions that it comes from,
-    and of our own code. An environment without a spec, with wrappers whose arguments the spec lacks, or that is not
-    installed, and so may change any time, has none.
+    It is made of the environment's spec, its options included, of the source files of its classes, of the versions of
+    the distributions that these come from, and of our own code. An environment without a spec, with wrappers whose
+    arguments the spec lacks, with methods that are not its class's, or that is not installed, has none.
 
     Args:
         env: the environment.
         more: whatever else decides what is found, as JSON values, tuples or bytes.
     """
-    layers: list[Any] = [env]
-    while isinstance(layers[-1], gymnasium.Wrapper):
-        layers.append(layers[-1].env)
-    files = {inspect.getsourcefile(type(layer)) or "" for layer in layers}
+    classes = {base for layer in layers(env) for base in type(layer).__mro__ if base.__module__ not in _BUILT_IN}
+    files = {inspect.getsourcefile(base) or "" for base in classes}
     if env.spec is None or not all(_INSTALLED.intersection(Path(file).parts) for file in files):
         return ""
-    if any(wrapper.kwargs is None for wrapper in env.spec.additional_wrappers):
+    if any(map(is_patched, layers(env))) or any(wrapper.kwargs is None for wrapper in env.spec.additional_wrappers):
         return ""
     try:
-        versions = sorted({_version(type(layer).__module__.partition(".")[0]) for layer in layers})
-        parts = [env.spec.to_json(), gymnasium.__version__, versions, _ours(), _plain(more)]
+        versions = sorted({_version(base.__module__.partition(".")[0]) for base in classes})
+        code = [_ours(), *map(_digest, sorted(files))]
+        parts = [env.spec.to_json(), gymnasium.__version__, versions, code, _plain(more)]
         return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
-    except (TypeError, ValueError, metadata.PackageNotFoundError):
+    except (OSError, TypeError, ValueError, metadata.PackageNotFoundError):
         return ""
 
 
@@ -131,6 +133,11 @@ def _version(package: str) -> str:
     except metadata.PackageNotFoundError:
         (name, *_) = metadata.packages_distributions().get(package, [package])
         return f"{name} {metadata.version(name)}"
+
+
+@cache
+def _digest(file: str) -> str:
+    return hashlib.sha256(Path(file).read_bytes()).hexdigest()
 
 
 @cache

@@ -69,7 +69,7 @@ class Contents:
 
     def _read(self, what: str, value: Any) -> Hashable:
         try:
-            return _still(value)
+            return still_value(value)
         except TypeError as error:
             if self.strict:
                 raise PlanningError(f"{what} has {error}; {HINT}") from None
@@ -87,7 +87,7 @@ def contents_of(env: _Env) -> Contents:
     Args:
         env: an environment, which is reset and stepped.
     """
-    return Contents(_counts(env), timed=False, strict=False)
+    return Contents(counts_of(env), timed=False, strict=False)
 
 
 def certain_contents(env: _Env) -> Contents:
@@ -100,7 +100,17 @@ def certain_contents(env: _Env) -> Contents:
         PlanningError: an attribute is of a kind that cannot be compared.
     """
     asks = callable(getattr(env.unwrapped, "get_state", None))
-    return Contents(() if asks else _counts(env), asks=asks)
+    return Contents(() if asks else counts_of(env), asks=asks)
+
+
+def other_parts(env: _Env, left_out: Set[str]) -> dict[str, Hashable]:
+    """What an environment and its wrappers hold beside these attributes, by name."""
+    read, toy = Contents(strict=False)._read, type(env.unwrapped).__module__.startswith(_TOYS)
+    return {
+        name: read(name, value)
+        for name, value in _attributes(env).items()
+        if name not in left_out and not _is_fixed(name, value, toy)
+    }
 
 
 def check_wrappers(env: _Env) -> None:
@@ -131,7 +141,7 @@ def check_recurs(env: _Env, state: State) -> None:
                 raise PlanningError(f"its state has real numbers{where}, which hardly recur; {HINT}")
 
 
-def _counts(env: _Env) -> tuple[str, ...]:
+def counts_of(env: _Env) -> tuple[str, ...]:
     """The attributes that count steps."""
     grown = [
         {name for name, value in before.items() if type(value) is int and after.get(name) == value + 1}
@@ -197,30 +207,30 @@ def _is_fixed(name: str, value: Any, toy: bool) -> bool:
     return name in _DRAWN and (value is None or type(value).__module__.startswith("pygame"))
 
 
-def _still(value: Any) -> Hashable:
+def still_value(value: Any) -> Hashable:
     """A value whose `repr` is the same for equal ones.
 
     Raises:
         TypeError: there is none.
     """
     if isinstance(value, np.generic) and not isinstance(number := value.item(), np.generic):
-        return _still(number)
+        return still_value(number)
     if value is None or isinstance(value, str | bytes | int | float):
         return value
     if isinstance(value, np.ndarray) and value.dtype != object:
         return value.shape, str(value.dtype), value.tobytes()
     if isinstance(value, Mapping):
-        return tuple((_still(key), _still(each)) for key, each in value.items())
+        return tuple((still_value(key), still_value(each)) for key, each in value.items())
     if isinstance(value, Set):
-        return tuple(sorted(map(_still, value), key=repr))
+        return tuple(sorted(map(still_value, value), key=repr))
     if isinstance(value, list | tuple):
-        return tuple(map(_still, value))
+        return tuple(map(still_value, value))
     if isinstance(value, MethodType) and isinstance(value.__self__, gymnasium.Env):
-        return _still(value.__func__)
+        return still_value(value.__func__)
     if isinstance(value, FunctionType):
-        return _named(value), tuple(_still(cell.cell_contents) for cell in value.__closure__ or ())
+        return _named(value), tuple(still_value(cell.cell_contents) for cell in value.__closure__ or ())
     if isinstance(value, partial):
-        return _still((value.func, value.args, value.keywords))
+        return still_value((value.func, value.args, value.keywords))
     if isinstance(value, type | np.ufunc) or (
         isinstance(value, BuiltinFunctionType) and isinstance(value.__self__, ModuleType)
     ):

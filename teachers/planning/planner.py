@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, SupportsFloat
 
 import gymnasium
 import numpy as np
@@ -78,14 +78,17 @@ def stepped(env: _Env, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any
     """Take an action.
 
     Raises:
-        PlanningError: the environment raised.
+        PlanningError: the environment raised, or its reward is no number.
     """
     try:
-        return env.step(action)
+        observation, reward, terminated, truncated, info = env.step(action)
     except Exception as error:
         raise PlanningError(
             f"the environment raised {error!r} after action {action} in a state that was tried"
         ) from error
+    if not isinstance(reward, SupportsFloat):
+        raise PlanningError(f"rewards must be numbers, got {reward!r} after action {action}")
+    return observation, reward, bool(terminated), bool(truncated), info
 
 
 def shared_draws() -> Any:
@@ -125,7 +128,9 @@ def check_steps(env: _Env) -> None:
         space.seed(0)
         env.reset(seed=0)
         _, reward, terminated, _, _ = env.step(space.sample())
-        float(reward), bool(terminated)
+        if not isinstance(reward, SupportsFloat):
+            raise TypeError(f"the reward must be a number, got {reward!r}")
+        bool(terminated)
     except Exception as error:
         raise PlanningError(
             f"the environment cannot be reset and stepped as Gymnasium demands: {error!r}; try "

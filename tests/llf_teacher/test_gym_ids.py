@@ -142,6 +142,12 @@ def test_the_teacher_of_a_world_knows_its_options():
     ("id", "options", "match"),
     [
         (LAKE, {"map_nam": "4x4"}, "unknown option 'map_nam'; did you mean map_name"),
+        (LAKE, {"is_slippery": "no"}, "is_slippery of gym:FrozenLake-v1 must be true or false, got 'no'"),
+        (
+            LAKE,
+            {"options": {"render_mode": "human"}},
+            "render_mode is no option of gym:Froz.* but a setting of",
+        ),
         (LAKE, {"map_name": "9x9"}, "cannot be made with map_name='9x9': KeyError: '9x9'; options that it has: oracle"),
         (LAKE, {"oracle": "exakt"}, "oracle must be .* the name of one .*, got 'exakt'"),
         (LAKE, {"oracle": "exact(gama=1)"}, "unknown parameter 'gama'; did you mean gamma"),
@@ -301,7 +307,14 @@ def test_list_says_what_each_tier_says():
 
 def test_play_takes_options():
     assert "square 4" in llf("play", LAKE, "--option", "is_slippery=false", text="down\nquit\n").stdout
+    assert "square 4" in llf("play", LAKE, "--option", "is_slippery=False", text="down\nquit\n").stdout
     assert "an option must be NAME=VALUE" in llf("play", LAKE, "--option", "slippery").stderr
+
+
+def test_audits_take_options():
+    command = "audit", LAKE, "--turns", "20", "--option"
+    assert "0 false" in llf(*command, "is_slippery=False").stdout
+    assert f"{LAKE} has no option maps; allowed: oracle, max_episode_steps, map_name" in llf(*command, "maps=1").stderr
 
 
 @pytest.mark.parametrize(

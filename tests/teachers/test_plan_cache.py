@@ -6,11 +6,11 @@ import sys
 import time
 
 import gymnasium
-import minigrid  # noqa: F401 (its environments are registered by this)
 import numpy as np
 import pytest
+from minigrid.minigrid_env import MiniGridEnv
 
-from teachers.planning import Exact, cache
+from teachers.planning import Exact, PlanningError, cache
 from teachers.planning.exact import exploring
 from teachers.planning.transitions import Transition
 
@@ -49,7 +49,7 @@ def test_an_environment_is_explored_once(folder, explorations):
     assert len(explorations) == 2
 
 
-@pytest.mark.parametrize("damage", ["cut", "empty", "text", "other", "changed"])
+@pytest.mark.parametrize("damage", ["cut", "empty", "text", "other", "changed", "unpaid", "late"])
 def test_a_damaged_file_is_explored_anew_and_mended(folder, explorations, damage):
     first = transitions(plan())
     (file,) = folder.iterdir()
@@ -58,6 +58,10 @@ def test_a_damaged_file_is_explored_anew_and_mended(folder, explorations, damage
         np.savez(file, states=np.zeros(3, np.uint8))
     elif damage == "changed":  # as of an environment that does something else
         cache.save(file.stem.removeprefix("plan-"), {state: rows[::-1] for state, rows in first.items()})
+    elif damage in ("unpaid", "late"):  # of what a walk at random hardly meets
+        other = {"reward": 0.0} if damage == "unpaid" else {"state": next(iter(first))}
+        paid = {s: [[t._replace(**other) if t.reward else t for t in ts] for ts in rows] for s, rows in first.items()}
+        cache.save(file.stem.removeprefix("plan-"), paid)
     else:
         file.write_bytes({"cut": whole[: len(whole) // 2], "empty": b"", "text": b"hello" * 100}[damage])
     assert transitions(plan()) == first
@@ -151,11 +155,25 @@ def test_what_may_change_has_no_key():
     assert cache.key_of(Mine()) == ""
 
 
-def test_another_reward_of_the_goal_is_noticed(folder, explorations):
-    """Which a walk at random does not meet."""
-    name = "MiniGrid-DoorKey-5x5-v0"
-    Exact().plan(gymnasium.make(name), 100)
-    changed = gymnasium.make(name)
-    changed.unwrapped._reward = lambda: -1.0
+def test_an_environment_with_a_method_of_its_own_has_no_key(folder):
+    changed = gymnasium.make(ID)
+    changed.unwrapped._reward = lambda: 0.0
+    assert cache.key_of(changed, 1) == ""
+    with pytest.raises(PlanningError):  # the rules that are known of MiniGrid are not its own
+        Exact().plan(changed, 100)
+    assert not folder.exists()
+    assert max(one.reward for row in transitions(plan()).values() for each in row for one in each) == 1
+
+
+def test_a_method_that_is_patched_into_a_class_is_noticed(monkeypatch):
+    assert cache.key_of(gymnasium.make(ID), 1)
+    monkeypatch.setattr(MiniGridEnv, "_reward", lambda self: 0.0)
+    assert cache.key_of(gymnasium.make(ID), 1) == ""
+
+
+def test_the_attributes_of_an_environment_are_in_its_key(folder, explorations):
+    plan()
+    changed = gymnasium.make(ID)
+    changed.unwrapped.hint = 1
     Exact().plan(changed, 100)
     assert len(explorations) == 2

@@ -4,19 +4,23 @@ from functools import cache, partial
 from typing import ClassVar
 
 import gymnasium
-import minigrid  # noqa: F401 (its environments are registered by this)
 import numpy as np
 import pytest
-from gymnasium.envs.toy_text.blackjack import draw_card
+from gymnasium.envs.toy_text.blackjack import BlackjackEnv, draw_card
+from gymnasium.envs.toy_text.frozen_lake import FrozenLakeEnv
 from gymnasium.envs.toy_text.taxi import TaxiEnv
+from minigrid.core.world_object import Lava
+from minigrid.envs.empty import EmptyEnv
 
 import llf_teacher
 from llf_teacher.tools.audit import audit
 from pz_envs.lesson import Lesson
 from pz_envs.settings import Settings
 from teachers.atoms import FN, FP, HN, HP, Label, Moment
-from teachers.planning import Exact, Expert, PlanningError, progress, survey
+from teachers.common import NoDifference
+from teachers.planning import Exact, Expert, PlanningError, Searched, progress, survey
 from teachers.planning.exact.claims import Avoid, Dawdle, PoorlyChosen, Slower
+from teachers.planning.known import known
 from teachers.testing import Pupil, check_oracle
 from worlds.wrapped.position import Position
 from worlds.wrapped.snapshots import copied
@@ -780,3 +784,233 @@ class Many(gymnasium.Env):
 def test_the_bound_of_seconds_holds_within_a_state():
     with pytest.raises(PlanningError, match=r"1 of which were explored in 0 s"):
         Lesson(Many, Exact(seconds=0.2), max_turns=9)
+
+
+class Constant(EmptyEnv):
+    """The goal is worth 1, whenever it is reached."""
+
+    def _reward(self):
+        return 1.0
+
+
+class Armed(EmptyEnv):
+    """The goal pays after a toggle only."""
+
+    def reset(self, **given):
+        self.armed = False
+        return super().reset(**given)
+
+    def step(self, action):
+        self.armed |= action == self.actions.toggle
+        seen, reward, *more = super().step(action)
+        return seen, reward * self.armed, *more
+
+
+class Drawn(EmptyEnv):
+    """Its own grid, under MiniGrid's rules."""
+
+    def __init__(self, **options):
+        super().__init__(size=5, **options)
+
+    def _gen_grid(self, width, height):
+        super()._gen_grid(width, height)
+        self.put_obj(Lava(), 2, 2)
+
+
+class Easy(BlackjackEnv):
+    """The dealer draws no card."""
+
+    def step(self, action):
+        if action:
+            return super().step(action)
+        return self._get_obs(), 1.0 if sum(self.player) >= sum(self.dealer) else -1.0, True, False, {}
+
+
+def patched():
+    env = gymnasium.make("MiniGrid-Empty-5x5-v0")
+    env.unwrapped._reward = lambda: 1.0
+    return env
+
+
+@pytest.mark.parametrize(
+    ("make", "follows"),
+    [
+        (partial(Constant, size=5), False),
+        (partial(Armed, size=5), False),
+        (patched, False),
+        (lambda: Fetch(gymnasium.make("MiniGrid-Empty-5x5-v0")), False),
+        (Easy, False),
+        (BlackjackEnv, True),
+        (Drawn, True),
+        (lambda: gymnasium.make("MiniGrid-Fetch-5x5-N2-v0"), True),
+    ],
+)
+def test_rules_are_known_of_those_only_who_follow_them(make, follows):
+    """A subclass of another package, an instance or a wrapper may have other ones."""
+    own = known(make())
+    assert (own.table or own.fading) is not None if follows else (own.table, own.fading, own.state) == (None,) * 3
+
+
+def test_a_subclass_is_not_taught_its_base():
+    search = Searched(nodes=150)
+    seat = llf_teacher.teach(partial(Constant, size=5, max_steps=14), oracle=search)
+    assert "loses" not in seat.reset(seed=0)[0]["instruction"]
+    assert seat.family.planned.model.task.admissible is False
+    assert Lesson(partial(Drawn, max_steps=30), "exact").planned.tier == "exact"
+    with pytest.raises(PlanningError, match="cannot be compared"):
+        Lesson(partial(Constant, size=5), "exact")
+
+
+class Toll(gymnasium.Wrapper):
+    """The goal pays only after cell 3; or the wrapper counts what decides nothing."""
+
+    def __init__(self, env, decides=True):
+        super().__init__(env)
+        self.decides = decides
+
+    def reset(self, **given):
+        self.passed = False
+        return self.env.reset(**given)
+
+    def step(self, action):
+        seen, reward, *more = self.env.step(action)
+        self.passed |= seen == 3
+        return seen, reward if self.passed or not self.decides else 0, *more
+
+
+class Dearer(FrozenLakeEnv):
+    """After 12 steps, the goal pays more than the table says."""
+
+    def reset(self, **given):
+        self.late = 0
+        return super().reset(**given)
+
+    def step(self, action):
+        self.late += 1
+        seen, reward, *more = super().step(action)
+        return seen, reward * (3 if self.late > 12 else 1), *more
+
+
+def small(**options):
+    return gymnasium.make("FrozenLake-v1", is_slippery=False, **options)
+
+
+def test_a_table_serves_only_where_nothing_else_changes():
+    with pytest.raises(PlanningError, match="the table of transitions has no part for passed of Toll, which changes"):
+        Lesson(lambda: Toll(small()), "exact")
+    state = Exact(state=lambda env: env.unwrapped.s)
+    assert "table" in Lesson(lambda: Toll(small(), decides=False), state).planned.why
+    with pytest.raises(PlanningError, match="two states have the same key and differ"):
+        Lesson(lambda: Toll(small()), state)
+
+
+@pytest.mark.parametrize("turns", [15, 100])
+def test_a_count_that_decides_is_found_out(turns):
+    """By the table, and with a state that leaves it out."""
+    make = partial(Dearer, is_slippery=False)
+    for oracle in (Exact(states=5), Exact(state=lambda env: env.unwrapped.s)):
+        with pytest.raises(PlanningError):
+            Lesson(make, oracle, max_turns=turns)
+
+
+class Strict(gymnasium.Env):
+    """Has a table, and raises if it is stepped after the end."""
+
+    observation_space, action_space = gymnasium.spaces.Discrete(3), gymnasium.spaces.Discrete(2)
+
+    def __init__(self, raises=2):
+        self.raises = raises
+        self.P = {s: {a: [(1.0, min(s + a, 2), float(s + a == 2), s + a == 2)] for a in range(2)} for s in range(3)}
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.s = 0
+        return 0, {}
+
+    def step(self, action):
+        if self.s == self.raises:
+            raise RuntimeError("call reset")
+        ((_, self.s, reward, over),) = self.P[self.s][int(action)]
+        return self.s, reward, over, False, {}
+
+
+def test_after_the_end_no_step_is_tried():
+    assert "table" in Lesson(Strict, "exact", max_turns=9).planned.why
+    twice = gymnasium.wrappers.RecordEpisodeStatistics
+    for make in (partial(Strict, 1), lambda: twice(twice(small()))):
+        with pytest.raises(PlanningError, match=r"the environment raised \w+\(.*\) after action"):
+            Lesson(make, "auto", max_turns=9)
+
+
+class Text(Row):
+    """Pays in text in some cells."""
+
+    def __init__(self, *cells):
+        super().__init__()
+        self.cells = cells
+
+    def step(self, action):
+        seen, reward, *more = super().step(action)
+        return seen, f"{reward}" if self.cell in self.cells else reward, *more
+
+
+def test_rewards_that_are_no_numbers_are_refused():
+    for cells in ((-1, 1), (2,)):
+        with pytest.raises(PlanningError, match=r"number.*got '0.0'"):
+            Lesson(partial(Text, *cells), "auto", max_turns=9)
+
+
+def test_the_shortest_of_several_time_limits_counts():
+    env = gymnasium.wrappers.TimeLimit(small(max_episode_steps=6), 7)
+    assert Lesson(env, "exact").planned.horizon == 6
+
+
+def test_a_passenger_with_changing_wishes_is_in_no_table():
+    for chance in (0.01, 0.3):
+        with pytest.raises(PlanningError, match="fickle_passenger=True has it; leave that option out"):
+            Lesson(gymnasium.make("Taxi-v4", fickle_passenger=True, fickle_probability=chance), "exact")
+
+
+def test_what_the_student_cannot_see_is_found_out():
+    """Blackjack's hidden card is averaged over by the rules, and known to a search and to an expert."""
+    stick = Expert(lambda observation, info: 0)
+    assert Lesson(gymnasium.make("Blackjack-v1"), "exact").planned.privileged is False
+    for make, oracle in ((BlackjackEnv, stick), (Easy, stick), (Easy, "searched"), (Flip, "exact")):
+        seat = llf_teacher.teach(make, oracle=oracle, max_turns=9)
+        assert seat.family.planned.privileged
+        assert seat.reset(seed=0)[1]["privileged"] is True
+    for make in (Walk, Row):
+        assert Lesson(make, "exact", max_turns=9).planned.privileged is None
+    blind = gymnasium.wrappers.TransformObservation(small(), lambda seen: 0, gymnasium.spaces.Discrete(1))
+    assert Lesson(blind, "exact").planned.privileged
+
+
+@pytest.mark.parametrize("name", ["cliff", "lake", "door"])
+def test_equal_says_the_values_themselves(name):
+    """Without the price of time by which actions of equal sums are ranked."""
+    seat = llf_teacher.StudentEnv(lesson(name), teacher="equal(eps=1)", privileged_info=True)
+    oracle, said = seat.teacher.oracle, 0
+    for seed in range(4):
+        info, over, rng = seat.reset(seed=seed)[1], False, np.random.default_rng(seed)
+        while not over:
+            before = info["moment"].after
+            _, _, *ends, info = seat.step(
+                int(rng.integers(2, 4) if name == "lake" else rng.integers(oracle.model.actions))
+            )
+            over = any(ends) or info["moment"].turn > 60
+            for claim in (atom.claim for atom in info["atoms"] if isinstance(atom.claim, NoDifference)):
+                worths = oracle.model.at(before, oracle.lab).expected(before.seen, before.turn)
+                assert claim.mine == pytest.approx(worths[claim.action].earned, abs=1e-12)
+                said += 1
+    assert said > 3
+    honest = audit(lesson(name), "equal(eps=1)", turns=60, students=("random",))
+    assert honest.count(Label.DISTORTED) == honest.contradictions == 0
+
+
+def test_a_reward_that_is_no_number_is_said_as_it_is():
+    env = llf_teacher.teach(Odd, max_turns=9, privileged_info=True)
+    env.reset(seed=0)
+    info = env.step(1)[-1]
+    (atom,) = info["atoms"]
+    assert "nan" in atom.text
+    assert atom.claim.holds(info["moment"], env.session.world.scratch())

@@ -314,7 +314,8 @@ def _drawn(generator: Any) -> str:
 def generators(env: _Env) -> list[Any]:
     """All random generators that an environment holds, in attributes, spaces, lists and dicts of any depth."""
     found: list[Any] = []
-    seen: set[int] = set()
+    tables = (part for layer in layers(env) for name, part in vars(layer).items() if is_table(name, part))
+    seen = set(map(id, tables))  # large, and of numbers
     for root in (env, env.action_space):  # which the class may hold
         queue: deque[Any] = deque([root])
         while queue:

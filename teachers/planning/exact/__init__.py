@@ -33,11 +33,12 @@ from teachers.planning.exact.claims import (
     used,
 )
 from teachers.planning.exact.exploring import explore, explored
-from teachers.planning.exact.tables import table_of
+from teachers.planning.exact.tables import UnlistedError, table_of
 from teachers.planning.exact.worths import NOTHING, Lost, Worth, Worths
 from teachers.planning.known import Known, State, known, words_of
 from teachers.planning.planner import Planned, Planner, PlanningError, check_own_draws, check_steps
 from teachers.planning.transitions import Transitions
+from teachers.planning.visible import privileged
 from teachers.spec import is_count
 from worlds.wrapped.gym_world import GymWorld, Position, faithful
 from worlds.wrapped.snapshots import copied
@@ -87,7 +88,9 @@ class Exact(Planner):
         own = listed or Known()
         check_steps(env)
         try:
-            transitions, look, source = table_of(env, turns)
+            transitions, look, source = table_of(env, turns, self.state is not None)
+        except UnlistedError:
+            raise
         except PlanningError as error:
             model, look, source = self._explored(env, turns, own, str(error))
         else:
@@ -110,7 +113,7 @@ class Exact(Planner):
             action_words=own.action_words or words_of(env),
             describe=own.describe,
             success=own.success,
-            privileged=None if listed is None else listed.hides,
+            privileged=False if own.table is not None else privileged(env, listed),
         )
 
     def _explored(self, env: _Env, turns: int, own: Known, why: str) -> tuple[Atlas, State, str]:
@@ -223,6 +226,11 @@ class ExactOracle(Oracle[Position, GymWorld]):
         """The expected sum of rewards after each action, less a price of time that decides between equal sums."""
         values = self.model.at(truth, self.lab)
         return values.ranked(values.worths(truth.seen, truth.turn))
+
+    def stated_values(self, truth: Position) -> tuple[float, ...]:
+        """The expected sum of rewards after each action."""
+        worths = self.model.at(truth, self.lab).worths(truth.seen, truth.turn)
+        return tuple(worth.earned for worth in worths)
 
     def _basics(self, truth: Position) -> tuple[Claim, ...]:
         model, values = self.model, self.model.at(truth, self.lab)

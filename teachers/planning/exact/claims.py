@@ -79,6 +79,12 @@ class _Chosen(Verdict[Position, GymWorld], ActionClaim[Position, GymWorld]):
         turn = used(past, moment, values)
         return None if turn is None else values.ranked(values.expected(past.seen, turn))[action]
 
+    def stated_worth(self, moment: Moment[Position], lab: GymWorld, action: Any) -> float | None:
+        """By Bellman's equation."""
+        values, past = lab.model.at(moment.past, lab), moment.past
+        turn = used(past, moment, values)
+        return None if turn is None else values.expected(past.seen, turn)[action].earned
+
 
 @claim
 class WellChosen(_Chosen):

@@ -22,8 +22,7 @@ from worlds.wrapped.snapshots import copied, draws, shake
 _Env = gymnasium.Env[Any, Any]
 _SAMPLED = 50  # states in which a step is repeated, with other random numbers and from another way there
 _LUCK, _LATER = 30, 2  # other random numbers, with which a step that draws some is repeated there, and elsewhere
-_WALK = 200  # steps by which a stored table is tried
-_WAYS = 20  # to rewards, by which it is tried, too
+_PLAYED, _PLAYED_AGAIN = 1_500, 500  # steps by which transitions are tried, when they are new and when they were stored
 _CLOSE = 1e-9  # rewards that differ by less are equal
 
 
@@ -34,67 +33,82 @@ def explored(
 
     To be used with functions of ours as `state`, which the key of a stored table covers.
     """
-    start = state(env)
-    key = cache.key_of(env, start, limit)
+    key = cache.key_of(env, state(env), limit, Contents(strict=False)(env))
     found = cache.load(key)
-    if found is None or len(found) > states or not _agrees(env, state, turn, share, limit, found):
+    if found is None or len(found) > states or _disagreement(env, state, turn, share, limit, found, _PLAYED_AGAIN):
         found = explore(env, state, turn, share, limit=limit, states=states, seconds=seconds)
         cache.save(key, found)
     return found
 
 
-def _agrees(env: _Env, state: State, turn: int, share: Callable[[int], float], limit: int, found: Transitions) -> bool:
-    """Whether a random walk, and ways to rewards, give what a stored table says."""
+def _disagreement(
+    env: _Env, state: State, turn: int, share: Callable[[int], float], limit: int, found: Transitions, left: int
+) -> str:
+    """What play gives that transitions do not say; empty: nothing.
+
+    By walks at random of many lengths, each of which then goes the shortest way to a reward or an end: states are
+    reached late, and by many ways.
+    """
     rng, count = np.random.default_rng(0), action_count(env)
-    there, now = copied(env), turn
-    for _ in range(_WALK):
-        row = found.get(key := state(there), ())
-        action = int(rng.integers(count))
-        if len(row) != count or len(row[action]) != 1:
-            return False
-        transition, _ = _step(there, action, state, share(now), now + 1 < limit)
-        if not _same(transition, row[action][0]):
-            return False
-        now += 1
-        if transition.state is None or share(now) <= 0:
-            there, now = copied(env), turn
-    return key in found and all(
-        _goes(env, state, turn, share, limit, found, way) for way in islice(_ways_to_rewards(found, state(env)), _WAYS)
-    )
+    if any(len(row) != count or not all(len(each) <= 1 for each in row) for row in found.values()):
+        return "an action has several results, or none"
+    ways = _Ways(found)
+    while left > 0:
+        there, now, key = copied(env), turn, state(env)
+        wander, goal = int(rng.integers(max(1, limit - turn))), int(rng.integers(max(1, len(ways.goals))))
+        while now + 1 < limit and share(now) > 0:  # in the last turn an end by time hides others
+            row = found.get(key)
+            if row is None or not row[0]:
+                return f"play comes to {key}, which is none of the states"
+            going = [action for action in range(count) if row[action][0].state is not None]
+            way = ways.step(goal, key) if now - turn >= wander or not going else None
+            action = way if way is not None else int(rng.choice(going or range(count)))
+            transition, _ = _step(there, action, state, share(now), True)
+            left, now = left - 1, now + 1
+            if not _same(transition, row[action][0]):
+                return f"action {action} led to {transition} and to {row[action][0]}"
+            if transition.state is None:
+                break
+            key = transition.state
+            if not going or left <= 0:
+                break
+        left -= 1
+    return ""
 
 
-def _goes(
-    env: _Env,
-    state: State,
-    turn: int,
-    share: Callable[[int], float],
-    limit: int,
-    found: Transitions,
-    way: tuple[int, ...],
-) -> bool:
-    """Whether actions give what a stored table says."""
-    there = copied(env)
-    for now, action in enumerate(way, turn):
-        if share(now) <= 0:
-            break
-        before = state(there)
-        if not _same(_step(there, action, state, share(now), now + 1 < limit)[0], found[before][action][0]):
-            return False
-    return True
+class _Ways:
+    """The shortest ways to rewards and ends, which a walk at random seldom sees."""
 
+    def __init__(self, found: Transitions) -> None:
+        self._found = found
+        self.goals = [
+            (key, action)
+            for key, row in found.items()
+            for action, each in enumerate(row)
+            if each and (each[0].reward or each[0].state is None)
+        ]
+        self._before: dict[Hashable, list[tuple[Hashable, int]]] = {}
+        for key, row in found.items():
+            for action, each in enumerate(row):
+                if each and each[0].state is not None:
+                    self._before.setdefault(each[0].state, []).append((key, action))
+        self._known: dict[Hashable, dict[Hashable, int]] = {}
 
-def _ways_to_rewards(found: Transitions, start: Hashable) -> Iterator[tuple[int, ...]]:
-    """The shortest ways to rewards of a stored table, breadth first: a walk at random seldom sees any."""
-    queue: deque[tuple[Hashable, tuple[int, ...]]] = deque([(start, ())])
-    seen = {start}
-    while queue:
-        here, way = queue.popleft()
-        for action, (transition,) in enumerate(found[here]):
-            if transition.reward:
-                yield (*way, action)
-            if transition.state is not None and transition.state not in seen:
-                seen.add(transition.state)
-                queue.append((transition.state, (*way, action)))
+    def step(self, number: int, key: Hashable) -> int | None:
+        """The next action on the way to one of the goals; None if there is none."""
+        if not self.goals:
+            return None
+        place, last = self.goals[number]
+        if place not in self._known:
+            steps, queue = {place: last}, deque([place])
+            while queue:
+                here = queue.popleft()
+                for before, action in self._before.get(here, ()):
+                    if before not in steps:
+                        steps[before] = action
+                        queue.append(before)
+            self._known[place] = steps
+        return self._known[place].get(key)
 
 
 def explore(
@@ -182,11 +196,18 @@ def _explore(
         for action in range(count):
             transition, _ = _step(copied(there), action, state, share(now), now + 1 < limit)
             if not _same(transition, found[key][action][0]):
-                raise PlanningError(
-                    f"two states have the same key and differ: action {action} led to {transition} and to "
-                    f"{found[key][action][0]}; give state=..., a function of the environment that tells them apart"
-                )
-    return found | {key: [[] for _ in range(count)] for key in ended - found.keys()}
+                raise _alike(f"action {action} led to {transition} and to {found[key][action][0]}")
+    whole = found | {key: [[] for _ in range(count)] for key in ended - found.keys()}
+    if differs := _disagreement(env, state, turn, share, limit, whole, _PLAYED):
+        raise _alike(differs)
+    return whole
+
+
+def _alike(differs: str) -> PlanningError:
+    return PlanningError(
+        f"two states have the same key and differ: {differs}; give state=..., a function of the environment that tells "
+        "them apart"
+    )
 
 
 def _step(env: _Env, action: int, state: State, share: float, early: bool) -> tuple[Transition, Hashable]:

@@ -1,19 +1,29 @@
 """Transitions from an environment's own table, or from the rules that `teachers.planning.known` has."""
 
 import contextlib
+from collections import deque
+from collections.abc import Sequence
 from typing import Any
 
 import gymnasium
+import numpy as np
 from gymnasium import spaces
 
+from teachers.planning.contents import HINT, counts_of, other_parts
 from teachers.planning.known import State, known
-from teachers.planning.planner import PlanningError
+from teachers.planning.planner import PlanningError, stepped
 from teachers.planning.transitions import Transition, Transitions
 
 _Env = gymnasium.Env[Any, Any]
 _EPISODES, _STEPS = 20, 100  # of random play, by which a table is tried
 _TIMES = 6  # that an action is tried in each state, where chance decides what it does
+_LATE = 2_000  # steps of walks, after which it is tried, too
 _SURE = 1e-9  # by which chances may miss 1
+_OF_TABLE = {"P", "s", "lastaction"}  # attributes that are no further part of the state
+
+
+class UnlistedError(PlanningError):
+    """An environment has chances that its table lacks, so that no exploration serves either."""
 
 
 def state_number(env: _Env) -> int:
@@ -53,24 +63,29 @@ class OfTable:
         return self.__dict__ | {"_last": None, "_env": None, "_bare": None}
 
 
-def table_of(env: _Env, turns: int) -> tuple[Transitions, State, str]:
+def table_of(env: _Env, turns: int, whole: bool = False) -> tuple[Transitions, State, str]:
     """The transitions in an environment's table, a function that reads its state, and where they are from, in words.
 
     Args:
         env: the environment, which is reset and stepped.
         turns: most actions of an episode.
+        whole: whether the caller knows that nothing else than the table's state decides what happens.
 
     Raises:
         PlanningError: there is no table, it is not whole, or it does not say what happens.
     """
     own = known(env)
+    if own is not None and own.lacks is not None and (lack := own.lacks(env)):
+        raise UnlistedError(f"the table of transitions lacks {lack}; leave that option out")
     if own is not None and own.table is not None:
         transitions, state, source = own.table(env)
         look = state
     else:
         transitions, state, source = _read(env), state_number, "the environment's table of transitions"
         _check_whole(transitions)
-        _try_all(env, transitions)
+        states = _reachable(env, transitions)
+        _try_all(env, transitions, states, turns, whole)
+        _try_late(env, transitions, states, turns)
         look = OfTable(transitions)
     _try_out(env, transitions, state, turns)
     return transitions, look, source
@@ -119,18 +134,86 @@ def _check_whole(transitions: Transitions) -> None:
                 raise PlanningError(f"the chances of {where} do not add up to 1")
 
 
-def _try_all(env: _Env, transitions: Transitions) -> None:
-    """Set the environment to each state, and take each action: random play seldom sees a goal or a wrapper's bonus."""
+def _try_all(env: _Env, transitions: Transitions, states: Sequence[int], turns: int, whole: bool) -> None:
+    """Set the environment to each state, and take each action: random play seldom sees a goal or a wrapper's bonus.
+
+    Raises:
+        PlanningError: the table does not say what happens; or something else changes, which may decide it, too.
+    """
+    counts = counts_of(env)
+    left_out = {*_OF_TABLE, *counts}
+    parts = other_parts(env, left_out)
+    for count in (None, *((0, turns - 1) if counts else ())):
+        for state in states:
+            for action, each in enumerate(transitions[state]):
+                for _ in range(1 if len(each) == 1 else _TIMES):
+                    now = {} if count is None else dict.fromkeys(counts, count)
+                    if _try_step(env, transitions, state, action, now):
+                        if not whole:
+                            _check_parts(parts, other_parts(env, left_out))
+                        env.reset(seed=0)
+            if not whole:
+                _check_parts(parts, other_parts(env, left_out))
+
+
+def _try_late(env: _Env, transitions: Transitions, states: Sequence[int], turns: int) -> None:
+    """Walk at random, for many numbers of steps, and then set the environment to where there is a reward or an end.
+
+    Raises:
+        PlanningError: the table does not say what happens.
+    """
+    goals = [(s, a) for s in states for a, each in enumerate(transitions[s]) if any(r or t is None for _, t, r in each)]
+    rng, left = np.random.default_rng(0), _LATE if goals else 0
+    while left > 0:
+        env.reset(seed=left % _EPISODES)
+        left -= 1
+        for _ in range(int(rng.integers(turns))):
+            row = transitions[state_number(env)]
+            going = [action for action, each in enumerate(row) if None not in [after for _, after, _ in each]]
+            left -= 1
+            if not going or any(_check_step(env, transitions, state_number, int(rng.choice(going)))):
+                break
+        else:
+            _try_step(env, transitions, *goals[rng.integers(len(goals))], {})
+
+
+def _reachable(env: _Env, transitions: Transitions) -> Sequence[Any]:
+    """The states in which an action can be taken, from the starts of some episodes on."""
+    starts: list[Any] = []
+    for seed in range(_EPISODES):
+        env.reset(seed=seed)
+        starts.append(state_number(env))
+    chances = getattr(env.unwrapped, "initial_state_distrib", ())
+    queue = deque(dict.fromkeys([*starts, *(state for state, chance in enumerate(chances) if chance > 0)]))
+    seen = set(queue)
+    while queue:
+        after = {each for action in transitions.get(queue.popleft(), ()) for _, each, _ in action} - seen - {None}
+        seen |= after
+        queue.extend(after)
+    return sorted(seen & transitions.keys())
+
+
+def _try_step(env: _Env, transitions: Transitions, state: int, action: int, counts: dict[str, int]) -> bool:
+    """Take an action in a state, and after so many; return whether the episode is over."""
     bare: Any = env.unwrapped
-    env.reset(seed=0)
-    state_number(env)  # raises where none can be set
-    for state, row in transitions.items():
-        for action, each in enumerate(row):
-            if all(after is None and not reward for _, after, reward in each):
-                continue  # as after the end of an episode, where environments do what they like
-            for _ in range(1 if len(each) == 1 else _TIMES):
-                bare.s = state
-                _check_step(env, transitions, state_number, action)
+    bare.s = state
+    for name, value in counts.items():
+        setattr(bare, name, value)
+    return any(_check_step(env, transitions, state_number, action))
+
+
+def _check_parts(before: dict[str, Any], after: dict[str, Any]) -> None:
+    """See that nothing has changed.
+
+    Raises:
+        PlanningError: it has.
+    """
+    changed = [name for name in before.keys() | after.keys() if before.get(name) != after.get(name)]
+    if changed:
+        raise PlanningError(
+            f"the table of transitions has no part for {', '.join(sorted(changed))}, which changes and may decide what "
+            f"happens; if it does not, {HINT}"
+        )
 
 
 def _try_out(env: _Env, transitions: Transitions, state: State, turns: int) -> None:
@@ -160,7 +243,7 @@ def _check_step(env: _Env, transitions: Transitions, state: State, action: int) 
         PlanningError: what it did is not in the table.
     """
     before = state(env)
-    _, reward, terminated, truncated, _ = env.step(action)
+    _, reward, terminated, truncated, _ = stepped(env, action)
     after = None if terminated else state(env)
     rows = transitions.get(before)
     if rows is None or not any((there, paid) == (after, reward) for _, there, paid in rows[action]):

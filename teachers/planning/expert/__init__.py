@@ -29,6 +29,7 @@ from teachers.planning.expert.guide import Guide
 from teachers.planning.expert.trial import try_out
 from teachers.planning.known import Known, known, words_of
 from teachers.planning.planner import Planned, Planner, PlanningError, check_steps
+from teachers.planning.visible import privileged
 from worlds.wrapped.gym_world import GymWorld, Position
 
 _Env = gymnasium.Env[Any, Any]
@@ -108,7 +109,7 @@ class Expert(Planner):
             action_words=words if _fit(words, env.action_space) else {},
             describe=own.describe,
             success=success or own.success,
-            privileged=None if listed is None else listed.hides,
+            privileged=privileged(env, listed),
         )
 
 

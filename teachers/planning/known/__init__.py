@@ -5,13 +5,15 @@ One module for each, with what it knows as `KNOWN`.
 
 import enum
 from collections.abc import Callable, Hashable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib import import_module
+from types import FunctionType
 from typing import Any
 
 import gymnasium
 
 from teachers.planning.transitions import Transitions
+from worlds.wrapped.snapshots import is_plain, layers
 
 _Env = gymnasium.Env[Any, Any]
 State = Callable[[_Env], Hashable]
@@ -34,6 +36,7 @@ _MODULES = {
     "minigrid.minigrid_env:MiniGridEnv": "minigrid",
     "worlds.wrapped.coin_collector:CoinCollector": "coin_collector",
 }
+_HARMLESS = frozenset({"close", "metadata", "render"})  # what subclasses may override without another rule
 
 
 @dataclass(frozen=True)
@@ -58,8 +61,12 @@ class Known:
     """
     horizon: int = 100
     """Most actions of a roll-out that are worth their time."""
-    hides: bool = False
-    """Whether the student does not see all of the state."""
+    hides: bool | None = False
+    """Whether the student does not see all of the state; None: that is not known."""
+    free: frozenset[str] = frozenset()
+    """What subclasses may override without another rule, such as a method that draws a start."""
+    lacks: Callable[[_Env], str] | None = None
+    """What the environment's own table of transitions lacks with its options, in words; empty: nothing."""
     heuristic: Heuristic | None = None
     """For searches: the number of actions that are left to the goal; where an episode has to last, the danger."""
     admissible: bool = False
@@ -73,12 +80,53 @@ class Known:
 
 
 def known(env: _Env) -> Known | None:
-    """What is known of an environment, by its class or a base of it; None if it is nothing."""
+    """What is known of an environment, by its class or a base of it; None if it is nothing.
+
+    Of a subclass of another package that overrides rules, of an environment with methods of its own, and behind a
+    wrapper that may change them, only words, experts and guesses are.
+    """
     for cls in type(env.unwrapped).__mro__:
         if name := _MODULES.get(f"{cls.__module__}:{cls.__qualname__}"):
             found: Known = import_module(f"{__name__}.{name}").KNOWN
-            return found
+            if not all(map(is_plain, layers(env))):
+                found = _without_rules(found)
+            if _overrides(env.unwrapped, cls, _HARMLESS | found.free):
+                found = replace(_without_rules(found), lasts=None, success=None, goal="")
+            watched = any(isinstance(layer, gymnasium.ObservationWrapper) for layer in layers(env))
+            return replace(found, hides=found.hides or None) if watched else found
     return None
+
+
+def _without_rules(found: Known) -> Known:
+    return replace(found, table=None, state=None, fading=None, admissible=False, hides=found.hides or None)
+
+
+def _overrides(bare: _Env, base: type, free: frozenset[str]) -> bool:
+    """Whether an environment has other rules than a base of its class: by a subclass elsewhere, or patched."""
+    mine = type(bare).__mro__
+    elsewhere = [cls for cls in mine[: mine.index(base)] if _home(cls) != _home(base)]
+    names = {name for cls in elsewhere for name in vars(cls) if hasattr(base, name) and name[:2] != "__"}
+    return bool(names - free) or is_patched(bare)
+
+
+def is_patched(layer: Any) -> bool:
+    """Whether an environment or a wrapper has a method that its class does not have from its own package."""
+    cls = type(layer)
+    if any(callable(each) and callable(getattr(cls, name, None)) for name, each in vars(layer).items()):
+        return True
+    functions = ((base, each) for base in cls.__mro__ for name, each in vars(base).items() if name[:2] != "__")
+    return any(_home(base) != _home(function) for base, each in functions if (function := _function(each)) is not None)
+
+
+def _function(member: Any) -> FunctionType | None:
+    """The function of a method or a property; None if it is neither."""
+    found = getattr(member, "__func__", None) or getattr(member, "fget", None) or member
+    return found if isinstance(found, FunctionType) else None
+
+
+def _home(value: type | FunctionType) -> str:
+    """The package of a class or a function."""
+    return value.__module__.partition(".")[0]
 
 
 def words_of(env: _Env) -> dict[str, int]:

@@ -135,6 +135,7 @@ KNOWN = Known(
     state=_state,
     fading=_fading,
     hides=True,
+    free=frozenset({"_gen_grid", "_gen_mission"}),
     heuristic=_heuristic,
     admissible=True,
     goal="carry out your mission",

@@ -1,5 +1,7 @@
 """Taxi: five by five squares, four stands, one passenger."""
 
+from typing import Any
+
 from teachers.planning.known import Known
 
 _STANDS = ("red", "green", "yellow", "blue")
@@ -17,6 +19,13 @@ def _describe(observation: int) -> str:
     )
 
 
+def _lacks(env: Any) -> str:
+    changes = getattr(env.unwrapped, "fickle_passenger", False)
+    return "that the passenger may change the destination, as fickle_passenger=True has it" if changes else ""
+
+
 KNOWN = Known(
-    action_words={"south": 0, "north": 1, "east": 2, "west": 3, "pick up": 4, "drop off": 5}, describe=_describe
+    action_words={"south": 0, "north": 1, "east": 2, "west": 3, "pick up": 4, "drop off": 5},
+    describe=_describe,
+    lacks=_lacks,
 )

@@ -43,6 +43,7 @@ from teachers.planning.searched.claims import (
 )
 from teachers.planning.searched.scout import KeptPlan, Scout
 from teachers.planning.searched.search import SearchResult, SearchTask, arrives, check_counts, search
+from teachers.planning.visible import privileged
 from worlds.wrapped.gym_world import GymWorld, Position, faithful
 from worlds.wrapped.snapshots import Copies, copied, way_back
 
@@ -135,7 +136,7 @@ class Searched(Planner):
         if isinstance(state, Contents) and state.counts and copies:
             world.reset(seed=0)
             check_counts(replace(task, way=Copies()), world, state.counts, turns)
-        found = _tried(scout, world)
+        found = _tried(scout, world, self.heuristic is not None)
         silent = not (task.measures or lasts or found.deadly)
         return Planned(
             tier="searched",
@@ -150,7 +151,7 @@ class Searched(Planner):
             action_words=own.action_words or words_of(env),
             describe=own.describe,
             success=success,
-            privileged=None if entry is None else entry.hides,
+            privileged=privileged(env, entry),
         )
 
     def _choices(self, world: GymWorld) -> tuple[Any, ...]:
@@ -222,7 +223,7 @@ def _all_of(space: spaces.Space[Any]) -> list[Any] | None:
     return [np.array(each, space.dtype).reshape(space.shape) for each in itertools.product(*axes)]
 
 
-def _tried(scout: Scout, world: GymWorld) -> SearchResult:
+def _tried(scout: Scout, world: GymWorld, given: bool) -> SearchResult:
     """What a search finds in the first of a few episodes in which it finds something.
 
     Raises:
@@ -234,7 +235,7 @@ def _tried(scout: Scout, world: GymWorld) -> SearchResult:
         found = search(task, world, scout.horizon, trial=seed == 0)
         if found.actions is not None:
             if arrives(task, world, Position(None, 0, world.truth.episode), found.actions, scout.horizon):
-                _check_admissible(task, world, found.actions)
+                _check_admissible(task, world, found.actions, given)
                 return found
             found = found._replace(lucky=True)
     if found.lucky:
@@ -256,14 +257,14 @@ def _tried(scout: Scout, world: GymWorld) -> SearchResult:
     )
 
 
-def _check_admissible(task: SearchTask, world: GymWorld, actions: Sequence[Any]) -> None:
-    """Compare what an admissible heuristic guesses on a way with the actions that are left of it."""
+def _check_admissible(task: SearchTask, world: GymWorld, actions: Sequence[Any], given: bool) -> None:
+    """Compare what an admissible heuristic, given or known, guesses on a way with the actions that are left of it."""
     world.restore(Position(None, 0, world.truth.episode))
     for left in range(len(actions), 0, -1) if task.measures else ():
         if (guessed := task.guess(world.env)) > left:
             raise PlanningError(
-                f"heuristic guesses {guessed:g} actions where {left} solve the task, which admissible=True rules out; "
-                "leave out admissible=True"
+                f"the heuristic guesses {guessed:g} actions where {left} solve the task, which one that is admissible "
+                "does not; " + ("leave out admissible=True" if given else "pass a heuristic=... of Searched")
             )
         world.advance(actions[-left])
 

@@ -1,0 +1,61 @@
+"""Whether a student sees what decides what happens, as far as play shows."""
+
+import copy
+import time
+from collections.abc import Hashable
+from typing import Any
+
+import gymnasium
+
+from teachers.planning.contents import still_value
+from teachers.planning.known import Known
+from teachers.planning.planner import stepped
+from worlds.wrapped.snapshots import shake
+
+_Env = gymnasium.Env[Any, Any]
+_EPISODES, _STEPS = 500, 20  # of random play, and steps of each
+_SECONDS = 2.0
+_PATIENCE = 30  # episodes in which an observation has to come again
+
+
+def privileged(env: _Env, own: Known | None) -> bool | None:
+    """Whether a teacher who plans from states of an environment knows more than the student sees.
+
+    Args:
+        env: the environment, which is reset and stepped.
+        own: what is known of it.
+
+    Returns:
+        What is known; else True if play shows it, and None if not.
+    """
+    if own is not None and own.hides is not None:
+        return own.hides
+    return _hides(env) or None
+
+
+def _hides(env: _Env) -> bool:
+    """Whether an action had two results after the same observation and number of actions, with the same draws."""
+    space, begun = copy.deepcopy(env.action_space), time.monotonic()
+    space.seed(0)
+    seen: dict[Hashable, Hashable] = {}
+    again = 0
+    for seed in range(_EPISODES):
+        observation, _ = env.reset(seed=seed)
+        for turn in range(_STEPS):
+            action = space.sample()
+            shake(env, 0)
+            before = observation
+            observation, reward, terminated, truncated, _ = stepped(env, action)
+            try:
+                key = turn, still_value(before), still_value(action)
+                result = still_value(observation), repr(float(reward)), terminated
+            except TypeError:  # an observation of a kind that cannot be compared
+                return False
+            again += key in seen
+            if seen.setdefault(key, result) != result:
+                return True
+            if terminated or truncated or time.monotonic() - begun > _SECONDS:
+                break
+        if time.monotonic() - begun > _SECONDS or (seed > _PATIENCE and not again):
+            break
+    return False
