@@ -18,6 +18,7 @@ import llf_teacher
 from llf_teacher.tools.audit import audit
 from pz_envs.lesson import Lesson
 from teachers.atoms import FN, FP, HN, HP, KINDS, Label, Moment, R
+from teachers.common import Chance, PartlyRight, Right, Trap, Wrong
 from teachers.oracle import RefusalError
 from teachers.planning import TIERS, Expert, PlanningError
 from teachers.planning.expert import ExpertWarning, guide
@@ -483,3 +484,37 @@ def test_rewards_that_are_no_numbers_are_not_compared():
     env = llf_teacher.teach(Nothing, oracle=Expert(lambda observation, info: 1), max_turns=5)
     env.reset(seed=0)
     assert {atom.kind for atom in env.step(0)[-1]["atoms"]} == {FP, R}
+
+
+class Lure(gymnasium.Env):
+    """Action 2 pays 100, others cost 1 and 2."""
+
+    observation_space, action_space = spaces.Discrete(9), spaces.Discrete(3)
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.count = 0
+        return 0, {}
+
+    def step(self, action):
+        self.count += 1
+        return self.count, (-1.0, -2.0, 100.0)[int(action)], self.count == 8, False, {}
+
+
+@pytest.mark.parametrize("personality", ["verification", "elaborator", "vague(q=1)", "sycophant"])
+def test_no_personality_calls_a_comparison_good_or_bad(personality):
+    """The expert takes what pays -1, where another action pays 100."""
+    env = llf_teacher.teach(Lure, oracle=Expert(heads), max_turns=8, teacher=personality, privileged_info=True)
+    info = env.reset(seed=0)[1]
+    said = [atom.claim for atom in info["atoms"]]
+    for action in (0, 1, 2, 0):
+        said += [atom.claim for atom in env.step(action)[-1]["atoms"]]
+    assert not {type(claim) for claim in said} & {Right, Wrong, PartlyRight, Chance, Trap}
+    assert {type(claim) for claim in said} & {Would, Followed} or personality == "verification"
+    oracle, (opening, moment) = played(Lesson(Lure, Expert(heads), max_turns=8), [0])
+    (praise,), advice = oracle.judge(moment, {HP}), oracle.judge(opening, {FP, FN})
+    assert praise.holds(moment, oracle.lab)
+    assert not Right.on((praise,), action=0).holds(moment, oracle.lab)
+    assert not Right(action=0).means(moment, oracle)
+    assert not any(cls.on(each).holds(opening, oracle.lab) for cls, each in zip((Chance, Trap), advice, strict=True))
+    assert not any(cls().means(opening, oracle) for cls in (Chance, Trap))

@@ -35,6 +35,7 @@ class _Compared(ActionClaim[Position, GymWorld]):
     """Base of what roll-outs measured after an action."""
 
     action_slot = "answer"
+    relative = True
     action: Any
     answer: str
     """The action as a student writes it."""
@@ -143,6 +144,7 @@ class Would(ActionClaim[Position, GymWorld]):
 
     kind = FP
     action_slot = "answer"
+    relative = True
     action: Any
     answer: str
 
