@@ -225,8 +225,9 @@ class View:
     def coarsen(self, claim: Claim[Any], level: int) -> Claim[Any]:
         """A less specific claim that advice or a warning implies: level 0 is the vaguest, the last is the claim itself.
 
-        If the claim has no coarser ones, level 0 says that there is something to do or to avoid, unless it is `relative`.
-        A claim that does not hold, is hedged or a placebo, is returned as it is, because it implies nothing.
+        If the claim has no coarser ones, level 0 says that there is something to do or to avoid. A claim that does not
+        hold, is hedged or a placebo, is returned as it is, because it implies nothing; and so is a `relative` one
+        without coarser ones.
         """
         bare, moment = _bare(claim), self.moment_of(claim)
         if bare.placebo or isinstance(bare, HedgedClaim):

@@ -22,7 +22,7 @@ from teachers.common import Chance, PartlyRight, Right, Trap, Wrong
 from teachers.oracle import RefusalError
 from teachers.planning import TIERS, Expert, PlanningError
 from teachers.planning.expert import ExpertWarning, guide
-from teachers.planning.expert.claims import Ahead, Around, Behind, Costs, Demonstration, Followed, Would
+from teachers.planning.expert.claims import Ahead, Around, Behind, Costs, Demonstration, Followed, Neared, Would
 from teachers.planning.expert.draws import reseed
 from teachers.testing import Pupil, check_oracle
 from worlds.wrapped.coin_collector import CoinCollector
@@ -518,3 +518,136 @@ def test_no_personality_calls_a_comparison_good_or_bad(personality):
     assert not Right(action=0).means(moment, oracle)
     assert not any(cls.on(each).holds(opening, oracle.lab) for cls, each in zip((Chance, Trap), advice, strict=True))
     assert not any(cls().means(opening, oracle) for cls in (Chance, Trap))
+
+
+class Dart(gymnasium.Env):
+    """A throw earns 5 less its distance from 0.123 on a scale; 10 if it is there."""
+
+    observation_space = spaces.Box(-1, 1, (1,), np.float32)
+
+    def __init__(self, scale=1.0, wrap=False):
+        self.scale, self.wrap = scale, wrap
+        self.action_space = spaces.Box(-scale, scale, (1,), np.float32)
+        if wrap:
+            self.action_space = spaces.Dict(to=spaces.Tuple([self.action_space]))
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        return np.zeros(1, np.float32), {}
+
+    def step(self, action):
+        at = float((action["to"][0] if self.wrap else action)[0]) / self.scale
+        return np.zeros(1, np.float32), 10.0 if abs(at - 0.123) < 1e-6 else 5 - abs(at - 0.123), True, False, {}
+
+    def throw(self, at):
+        """The action."""
+        at = np.array([at * self.scale], np.float32)
+        return {"to": (at,)} if self.wrap else at
+
+
+@pytest.mark.parametrize("wrap", [False, True])
+@pytest.mark.parametrize("scale", [1.0, 0.001])
+def test_an_expert_is_followed_as_it_acts_and_said_to_within_a_tolerance(scale, wrap):
+    """Rounded, its throw would earn 5."""
+    make = partial(Dart, scale, wrap)
+    aim = make().throw
+    env = llf_teacher.teach(make, oracle=Expert(lambda *_: aim(0.123)), max_turns=1, privileged_info=True)
+    info = env.reset(seed=0)[1]
+    (advice,) = [atom.claim for atom in info["atoms"] if atom.kind is FP]
+    assert isinstance(advice, Around)
+    assert advice.tolerance == pytest.approx(0.05 * scale)
+    (blame,) = [atom.claim for atom in env.step(aim(0.9))[-1]["atoms"] if atom.kind is HN]
+    assert blame.amount == pytest.approx(5.78)
+    env.reset(seed=0)
+    praise = [atom.claim for atom in env.step(aim(0.09))[-1]["atoms"] if atom.kind is HP]
+    assert [(type(each), each.tolerance) for each in praise] == [(Neared, advice.tolerance)]
+    lab, moment = env.teacher.oracle.lab, env.session.moment
+    assert praise[0].holds(moment, lab)
+    assert not Neared(
+        **{name: getattr(praise[0], name) for name in Followed.__dataclass_fields__}, tolerance=1.0
+    ).holds(moment, lab)
+    with pytest.raises(
+        PlanningError, match=r"says nothing of an action with a number that ranges over .*; allowed: less"
+    ):
+        Lesson(make, Expert(lambda *_: aim(0.123), tolerance=1.01 * scale))
+
+
+class Race(gymnasium.Env):
+    """From 10 to a goal, which is not seen, in 8 steps; only the last one pays: what was lost."""
+
+    observation_space, action_space = spaces.Discrete(21), spaces.Discrete(2)
+
+    def __init__(self, copies=True):
+        self.goal, self.copies, self.resets = 20, copies, [0]
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.at, self.count = 10, 0
+        self.resets[0] += 1
+        return 10, {"start": self.at}
+
+    def step(self, action):
+        self.count, self.at = self.count + 1, self.at + (-1, 1)[int(action)]
+        over = self.count == 8
+        return self.at, -float(abs(self.at - self.goal)) * over, over, False, {"start": 10}
+
+    def __deepcopy__(self, memo):
+        if not self.copies:
+            raise TypeError("no copies")
+        other = type(self)()
+        other.__dict__ |= {name: copy.deepcopy(part, memo) for name, part in self.__dict__.items()}
+        return other
+
+
+class Restless(Race):
+    """Its goal is another one from the 300th reset on."""
+
+    def step(self, action):
+        self.goal = 20 if self.resets[0] < 300 else 0
+        return super().step(action)
+
+
+def right(observation, info):
+    assert info["start"] == 10
+    return 1
+
+
+def compared(info):
+    """What was measured, by the class of the claim, and less than 0 if it is less."""
+    signs = {Followed: 1, Ahead: 1, Behind: -1, Costs: -1}
+    said = [atom.claim for atom in info["atoms"] if type(atom.claim) in signs]
+    return {type(each): signs[type(each)] * each.amount for each in said}
+
+
+@pytest.mark.parametrize("copies", [True, False])
+def test_roll_outs_begin_in_the_very_state(copies):
+    """The goal is moved after the lesson was made: before an episode, and within one."""
+    base = Race(copies)
+    lesson = Lesson(base if copies else partial(Race, False), Expert(right))
+    env = llf_teacher.StudentEnv(lesson, privileged_info=True)
+    base = env.session.world.env
+    assert compared(env.reset(seed=0)[1]) == {Costs: -2}
+    base.goal = 0
+    if copies:
+        assert compared(env.reset(seed=0)[1]) == {}  # what the expert does costs 2 now
+        assert compared(env.step(0)[-1]) == {Ahead: 2}
+        assert compared(env.step(1)[-1]) == {}
+    else:
+        with pytest.warns(ExpertWarning, match="cannot be replayed: that gave another value of goal"):
+            assert compared(env.reset(seed=0)[1]) == {}
+    base.goal = 20
+    assert compared(env.reset(seed=0)[1]) == {Costs: -2}
+    assert compared(env.step(0)[-1]) == {Behind: -2, Costs: -2}
+    base.goal = 0
+    env.teacher.oracle.silences.clear()
+    with pytest.warns(ExpertWarning, match="cannot be replayed: that gave another value of goal"):
+        assert compared(env.step(0)[-1]) == {}
+    assert env.teacher.oracle.silences
+
+
+def test_roll_outs_begin_in_the_very_state_of_a_world_that_ages():
+    env = llf_teacher.StudentEnv(Lesson(Restless(), Expert(right)), privileged_info=True)
+    while env.session.world.env.resets[0] < 300:
+        said = compared(env.reset(seed=0)[1])
+    assert said == {}
+    assert compared(env.step(0)[-1]) == {Ahead: 2}

@@ -2,12 +2,14 @@
 
 import warnings
 from collections import Counter
-from collections.abc import Callable, Mapping, Set
+from collections.abc import Callable, Iterable, Iterator, Mapping, Set
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 from typing import Any, ClassVar
 
 import gymnasium
+import numpy as np
 from gymnasium import spaces
 
 from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment
@@ -21,8 +23,10 @@ from teachers.planning.expert.claims import (
     Costs,
     Followed,
     Guided,
+    Neared,
     Would,
     answer_of,
+    is_real,
     shown,
 )
 from teachers.planning.expert.guide import Guide
@@ -32,6 +36,7 @@ from teachers.planning.planner import Planned, Planner, PlanningError, check_ste
 from worlds.wrapped.gym_world import GymWorld, Position
 
 _Env = gymnasium.Env[Any, Any]
+_TOLERANCE = 0.05  # for numbers from -1 to 1, or without bounds
 _FEWEST = 8  # pairs of roll-outs, where something is left to chance
 
 
@@ -48,7 +53,8 @@ class Expert(Planner):
             and have no memory. None: `teachers.planning.known` has an expert for the environment.
         rollouts: pairs of roll-outs for each comparison, at least 8; 1 is enough where nothing is left to chance.
         horizon: most actions of a roll-out. None: 100, or fewer where an environment is slow.
-        tolerance: by how much a number of an action may differ from that of the expert, in units of the action.
+        tolerance: by how much a real number of an action may differ from that of the expert, in units of the action.
+            None: 0.05, or a fortieth of the smallest range of such a number, if that is less.
         margin: of smaller differences of the sum of rewards nothing is said.
         others: actions that are tried by roll-outs in each state, in search of a worse one than the expert's.
     """
@@ -56,7 +62,7 @@ class Expert(Planner):
     policy: Any = None
     rollouts: int = 16
     horizon: int | None = None
-    tolerance: float = 0.05
+    tolerance: float | None = None
     margin: float = 0.001
     others: int = 2
 
@@ -69,7 +75,9 @@ class Expert(Planner):
                 raise ValueError(f"{name} must be an integer of at least {least}, got {value!r}")
         for name in ("tolerance", "margin"):
             value = getattr(self, name)
-            if type(value) not in (int, float) or not 0 < value < float("inf"):
+            if not (value is None and name == "tolerance") and (
+                type(value) not in (int, float) or not 0 < value < float("inf")
+            ):
                 raise ValueError(f"{name} must be a positive number, got {value!r}")
 
     def plan(self, env: _Env, turns: int, success: Callable[..., Any] | None = None) -> Planned:
@@ -84,12 +92,18 @@ class Expert(Planner):
                 "returns an action, or a model of Stable-Baselines3"
             )
         check_steps(env)
+        least = min(_ranges(env.action_space), default=inf)
+        if self.tolerance is not None and self.tolerance >= least / 2:
+            raise PlanningError(
+                f"tolerance={self.tolerance} says nothing of an action with a number that ranges over {least:.3g}; "
+                f"allowed: less than {least / 2:.3g}"
+            )
         certain = try_out(env, make)
         guide = Guide(
             make,
             rollouts=1 if certain else self.rollouts,
             horizon=self.horizon or min(own.horizon, turns),
-            tolerance=self.tolerance,
+            tolerance=self.tolerance or min(_TOLERANCE, least * _TOLERANCE / 2),
             margin=self.margin,
             others=self.others,
         )
@@ -110,6 +124,23 @@ class Expert(Planner):
             success=success or own.success,
             privileged=None if listed is None else listed.hides,
         )
+
+
+def _ranges(space: spaces.Space[Any]) -> Iterator[float]:
+    """How far each real number of an action ranges, where that is bounded and more than 0."""
+    if isinstance(space, spaces.Box) and space.dtype.kind == "f":
+        found = space.high.astype(float) - space.low.astype(float)
+        yield from found[(found > 0) & np.isfinite(found)].tolist()
+    for part in _parts(space):
+        yield from _ranges(part)
+
+
+def _parts(space: spaces.Space[Any]) -> Iterable[spaces.Space[Any]]:
+    if isinstance(space, spaces.Dict):
+        return space.spaces.values()
+    if isinstance(space, spaces.Tuple | spaces.OneOf):
+        return space.spaces
+    return (space.feature_space,) if isinstance(space, spaces.Sequence) else ()
 
 
 def _fit(words: Mapping[str, Any], space: spaces.Space[Any]) -> bool:
@@ -143,7 +174,7 @@ class ExpertOracle(Oracle[Position, GymWorld]):
 
     def _hindsight(self, claims: list[Claim], moment: Moment[Position], kinds: Set[FeedbackType]) -> None:
         if kinds & {HP, HN}:
-            verdict = self._unless_silent(moment, self._verdict, moment.past, moment.action)
+            verdict = self._unless_silent(moment, self._verdict, moment.past, moment.action, moment.after)
             if verdict is not None and verdict.kind in kinds:
                 claims.append(verdict)
 
@@ -164,8 +195,8 @@ class ExpertOracle(Oracle[Position, GymWorld]):
             return None
 
     def _would(self, truth: Position) -> Claim:
-        action = self.guide.action(truth, self.lab)
-        if isinstance(self.lab.action_space, spaces.Box) and self.lab.action_space.dtype.kind == "f":
+        action = self.guide.said(self.guide.action(truth, self.lab), self.lab)
+        if is_real(action):
             return Around(action=action, answer=answer_of(action, self.lab), tolerance=self.guide.tolerance)
         return Would(action=action, answer=answer_of(action, self.lab))
 
@@ -181,7 +212,8 @@ class ExpertOracle(Oracle[Position, GymWorld]):
         found = self._worse(truth, self.guide.action(truth, self.lab))
         return None if found is None else Costs(**self._measured(*found))
 
-    def _verdict(self, truth: Position, action: Any) -> Claim | None:
+    def _verdict(self, truth: Position, action: Any, after: Position) -> Claim | None:
+        self.guide.check(after, self.lab)  # what came of the action is what comes of it in roll-outs
         own = self.guide.action(truth, self.lab)
         if not self.guide.alike(own, action):
             more = self.guide.measure(truth, self.lab, action, own)
@@ -190,7 +222,8 @@ class ExpertOracle(Oracle[Position, GymWorld]):
         more = None if found is None else self.guide.measure(truth, self.lab, action, found[0])
         if found is None or more is None or more < 0:
             return None
-        return Followed(**self._measured(action, more), other=found[0], instead=answer_of(found[0], self.lab))
+        fields = {**self._measured(action, more), "other": found[0], "instead": answer_of(found[0], self.lab)}
+        return Neared(**fields, tolerance=self.guide.tolerance) if is_real(action) else Followed(**fields)
 
     def _measured(self, action: Any, amount: float) -> dict[str, Any]:
         basis = {"rollouts": self.guide.rollouts, "horizon": self.guide.horizon}

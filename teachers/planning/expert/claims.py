@@ -123,6 +123,19 @@ class Followed(_Compared):
 
 
 @claim
+class Neared(Followed):
+    """True if no number of what the expert would have done is farther than `tolerance` from that of `action`, after
+    which it earned `amount` more than after `other`.
+    """  # noqa: D205
+
+    tolerance: float
+
+    def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
+        """Ask anew, and roll out with other draws."""
+        return self.tolerance == lab.model.tolerance and Followed.holds(self, moment, lab)
+
+
+@claim
 class Costs(_Compared):
     """True if following the expert after `action` earns `amount` less than after what the expert would do now."""
 
@@ -193,6 +206,11 @@ class Demonstration(PlanClaim[Position, GymWorld]):
 def shown(actions: Sequence[Any], lab: GymWorld) -> Demonstration:
     """A claim of these actions."""
     return Demonstration(actions=tuple(actions), listing=", ".join(answer_of(action, lab) for action in actions))
+
+
+def is_real(action: Any) -> bool:
+    """Whether an action has real numbers, of which an expert's may be said only to within a tolerance."""
+    return any(map(is_real, action)) if isinstance(action, tuple) else isinstance(action, float)
 
 
 def answer_of(action: Any, lab: GymWorld) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 from teachers.planning.expert.asking import ExpertError, Policy, Watched
 from teachers.planning.expert.draws import reseed
 from worlds.wrapped.gym_world import GymWorld, Position
-from worlds.wrapped.position import Episode, same, still
+from worlds.wrapped.position import Episode, plain_parts, same, still
 
 _Env = gymnasium.Env[Any, Any]
 _DIGITS = 3  # of amounts
@@ -56,7 +56,7 @@ class Guide:
         return self.__dict__ | {"_env": None, "_scenes": {}, "_earned": {}}
 
     def action(self, truth: Position, lab: GymWorld, anew: bool = False) -> Any:
-        """What the expert would do, as it is said: its numbers are rounded within the tolerance.
+        """What the expert would do, as it is; `said` rounds it.
 
         Args:
             truth: the state.
@@ -73,7 +73,7 @@ class Guide:
                 f"the expert changes its mind: asked twice in one state it gave {first!r} and {second!r}; make it "
                 "deterministic, such as by the most probable action"
             )
-        return self.said(first, lab)
+        return first
 
     def said(self, action: Any, lab: GymWorld) -> Any:
         """An action with numbers that are rounded within the tolerance."""
@@ -99,6 +99,14 @@ class Guide:
         else:
             drawn = [self.said(lab.legal(lab.sample_action(rng)), lab) for _ in range(2 * count)]
         return [each for each in drawn if not self.alike(each, action)][:count]
+
+    def check(self, truth: Position, lab: GymWorld) -> None:
+        """Go to a state, to see whether roll-outs can begin in it.
+
+        Raises:
+            ExpertError: they cannot.
+        """
+        self._source(truth, lab, anew=False)()
 
     def measure(self, truth: Position, lab: GymWorld, one: Any, other: Any) -> float | None:
         """How much more is earned after one action than after another, to three digits.
@@ -142,7 +150,7 @@ class Guide:
         scene, over = self._source(truth, lab, anew)(), False
         actions: list[Any] = []
         while not over and len(actions) < n:
-            actions.append(self.said(scene.ask(), lab))
+            actions.append(scene.ask())
             _, over = scene.step(actions[-1])
         return tuple(actions)
 
@@ -183,25 +191,54 @@ class Guide:
         if before is None:
             return self._replayed(truth, lab)
         scene = before.copy()
-        scene.step(truth.episode.actions[truth.turn - 1])
-        return scene
+        if not same(scene.step(truth.episode.actions[truth.turn - 1])[0], truth.episode.rewards[truth.turn - 1]):
+            raise ExpertError("the episode cannot be replayed: an action earned something else")
+        return self._checked(scene, truth, lab)
 
     def _replayed(self, truth: Position, lab: GymWorld) -> Watched:
-        """The scene of a state, from a reset and the actions since."""
+        """The scene of a state, from the start of the very episode and the actions since.
+
+        Raises:
+            ExpertError: it is another state, so that nothing can be said of this one.
+        """
         episode = truth.episode
-        if self._env is None:
-            self._env = lab.scratch().env
-        env = self._env if episode.anchor is None else copy.deepcopy(self._env)
-        observation, info = env.reset(seed=episode.seed, options=copy.deepcopy(episode.options))
-        if not same(still(observation), episode.observation):
-            if episode.anchor is None:
+        if episode.anchor is None:
+            if self._env is None:
+                self._env = lab.scratch().env
+            env = self._env
+            observation, info = env.reset(seed=episode.seed, options=copy.deepcopy(episode.options))
+            if not same(still(observation), episode.observation):
                 raise ExpertError("the episode cannot be replayed: reset gave another observation")
-            env, observation, info = copy.deepcopy(episode.anchor), episode.observation, {}
+            _check_parts(env, episode.parts)
+        else:
+            env, info = copy.deepcopy((episode.anchor, episode.info))
+            observation = episode.observation
         scene = Watched.begin(env, self._make, observation, info)
         for action, paid in zip(truth.actions, episode.rewards, strict=False):
             if not same(scene.step(action)[0], paid):
                 raise ExpertError("the episode cannot be replayed: an action earned something else")
+        return self._checked(scene, truth, lab)
+
+    def _checked(self, scene: Watched, truth: Position, lab: GymWorld) -> Watched:
+        """The scene, if it is what the episode came to: what the student saw, and now also what it does not see.
+
+        Raises:
+            ExpertError: it is something else.
+        """
+        episode = truth.episode
+        if episode.live is not None and truth.turn == len(episode.actions):
+            _check_parts(scene.env, plain_parts(episode.live))
+        if not same(still(scene.observation), lab.state_of(truth)):
+            raise ExpertError("the episode cannot be replayed: its actions led to another observation")
         return scene
+
+
+def _check_parts(env: _Env, wanted: dict[str, Any]) -> None:
+    """Compare what an environment holds."""
+    parts = plain_parts(env)
+    differ = [name for name, part in wanted.items() if name not in parts or not same(part, parts[name])]
+    if differ:
+        raise ExpertError(f"the episode cannot be replayed: that gave another value of {', '.join(differ)}")
 
 
 def _remembered(kept: dict[Any, Any], key: Any, make: Callable[[], Any]) -> Any:
