@@ -47,7 +47,7 @@ class Line(gymnasium.Env):
 
     def step(self, action):
         push = float(np.sum(action)) / 2 if np.ndim(action) else int(action) - 1
-        self.at += push + self.noise * self.np_random.normal()
+        self.at += push + (self.noise * self.np_random.normal() if self.noise else 0)
         return np.array([self.at]), -abs(self.at), False, False, {"at": self.at}
 
 
@@ -651,3 +651,100 @@ def test_roll_outs_begin_in_the_very_state_of_a_world_that_ages():
         said = compared(env.reset(seed=0)[1])
     assert said == {}
     assert compared(env.step(0)[-1]) == {Ahead: 2}
+
+
+class Gale(gymnasium.Env):
+    """A walk on which a wind blows from step 26 on, when no trial looks any more."""
+
+    observation_space, action_space = spaces.Box(-200, 200, (2,), np.float32), spaces.Discrete(2)
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.at = self.count = 0
+        return np.zeros(2, np.float32), {}
+
+    def step(self, action):
+        self.count += 1
+        self.at += (-1, 1)[int(action)] + (int(self.np_random.integers(-3, 4)) if self.count > 25 else 0)
+        return np.array([self.at, self.count], np.float32), -float(abs(self.at)), False, self.count >= 50, {}
+
+
+def back(observation, info):
+    return int(observation[0] < 0)
+
+
+def test_chance_after_the_trial_is_measured_by_many_roll_outs():
+    found = audit(Lesson(Gale, Expert(back), max_turns=50), turns=50, students=("random",))
+    assert found.count(Label.DISTORTED) == found.contradictions == 0 < found.checked
+    subject = Lesson(Gale, Expert(back, horizon=20), max_turns=50)
+    assert "nothing was found to be left to chance" in subject.planned.why
+    oracle, moments = played(subject, [1] * 40)
+    said = [(moment.turn, each.rollouts) for moment in moments for each in oracle.judge(moment, {HN, FN})]
+    assert {rollouts for turn, rollouts in said if turn <= 5} == {1}
+    assert {rollouts for turn, rollouts in said if turn > 10} == {16}
+    (way,) = oracle.brief(moments[0].after, "c")[3:]
+    assert len(way.actions) == 20
+    oracle, moments = played(Lesson(Gale, Expert(back), max_turns=50), [])
+    (way,) = oracle.brief(moments[0].after, "c")[3:]
+    assert len(way.actions) == 26  # the last one is chosen before the wind blows
+    assert way.holds(moments[0], oracle.lab)
+
+
+class Jam(gymnasium.Env):
+    """A motor that jams farther on than trials come."""
+
+    observation_space, action_space = spaces.Discrete(99), spaces.Discrete(2)
+    far = 30
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.at = 0
+        return 0, {}
+
+    def step(self, action):
+        if self.at == self.far:
+            raise RuntimeError("motor jammed")
+        self.at = max(0, self.at + (-1, 1)[int(action)])
+        return self.at, float(self.at), False, False, {}
+
+
+def test_a_lesson_goes_on_where_a_roll_out_raises(monkeypatch):
+    env = llf_teacher.teach(Jam, oracle=Expert(lambda *_: 1), max_turns=40, privileged_info=True)
+    with pytest.warns(
+        ExpertWarning, match=r"no warning in turn 0: the environment raised RuntimeError\('motor jammed'\)"
+    ):
+        info = env.reset(seed=0)[1]
+    assert [type(atom.claim) for atom in info["atoms"]] == [Would]
+    assert list(env.teacher.oracle.silences) == [
+        "the environment raised RuntimeError('motor jammed') after action 1 when it was tried"
+    ]
+    with pytest.warns(ExpertWarning, match=r"no (praise or blame|warning) in turn 1"):
+        env.teacher.oracle.silences.clear()
+        assert [atom.kind for atom in env.step(0)[-1]["atoms"]] == [R, FP]
+    monkeypatch.setattr(Jam, "far", 3)
+    with pytest.raises(PlanningError, match=r"motor jammed.* \(step \d+ after reset\(seed=0\)\)"):
+        Lesson(Jam, Expert(lambda *_: 1), max_turns=40)
+
+
+def test_an_expert_that_tosses_a_coin_is_found_out():
+    """Its answers differ in all but one state of 128, and not yet in the trial."""
+    coin = random.Random(0)
+    tossing = []
+    subject = Lesson(Line, Expert(lambda *_: coin.randrange(2) if tossing else 0, horizon=1), max_turns=40)
+    oracle, moments = played(subject, [1] * 40)
+    tossing.append(1)
+    with pytest.warns(ExpertWarning, match="changes its mind"):
+        said = [bool(oracle.judge(moment, {FP})) for moment in moments]
+    assert sum(said) <= 2
+
+
+def test_an_expert_is_asked_as_often_as_the_page_says():
+    asked = []
+    env = llf_teacher.teach(Line, oracle=Expert(lambda *_: asked.append(1) or 1, horizon=10), max_turns=20)
+    env.reset(seed=0)
+    counts = []
+    for turn in range(9):
+        asked.clear()
+        env.step(turn % 3)
+        counts.append(len(asked))
+    assert max(counts) <= 4 * 10 + 16  # of which each state's own question has eight

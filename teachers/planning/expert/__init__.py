@@ -29,7 +29,7 @@ from teachers.planning.expert.claims import (
     is_real,
     shown,
 )
-from teachers.planning.expert.guide import Guide
+from teachers.planning.expert.guide import Gain, Guide
 from teachers.planning.expert.trial import try_out
 from teachers.planning.known import Known, known, words_of
 from teachers.planning.planner import Planned, Planner, PlanningError, check_steps
@@ -51,8 +51,10 @@ class Expert(Planner):
     Args:
         policy: a function `(observation, info) -> action`, or a model of Stable-Baselines3; it must be deterministic,
             and have no memory. None: `teachers.planning.known` has an expert for the environment.
-        rollouts: pairs of roll-outs for each comparison, at least 8; 1 is enough where nothing is left to chance.
-        horizon: most actions of a roll-out. None: 100, or fewer where an environment is slow.
+        rollouts: pairs of roll-outs for each comparison, at least 8; 1 is enough where nothing was found to be left to
+            chance, and nothing is drawn in either roll-out.
+        horizon: most actions of a roll-out. None: 100, or another number where the environment is known, but no more than
+            an episode has.
         tolerance: by how much a real number of an action may differ from that of the expert, in units of the action.
             None: 0.05, or a fortieth of the smallest range of such a number, if that is less.
         margin: of smaller differences of the sum of rewards nothing is said.
@@ -101,7 +103,8 @@ class Expert(Planner):
         certain = try_out(env, make)
         guide = Guide(
             make,
-            rollouts=1 if certain else self.rollouts,
+            rollouts=self.rollouts,
+            certain=certain,
             horizon=self.horizon or min(own.horizon, turns),
             tolerance=self.tolerance or min(_TOLERANCE, least * _TOLERANCE / 2),
             margin=self.margin,
@@ -113,7 +116,7 @@ class Expert(Planner):
         return Planned(
             tier="expert",
             why=f"an expert {whose}, and roll-outs of at most {guide.horizon} actions ({chance})",
-            size=f"{guide.rollouts} roll-out{'s' * (guide.rollouts != 1)} of {guide.horizon} actions",
+            size=f"{'1 roll-out' if certain else f'{guide.rollouts} roll-outs'} of {guide.horizon} actions",
             objective=f"the sum of rewards, compared over at most {guide.horizon:,} actions",
             oracle=CertainExpertOracle if certain else ExpertOracle,
             phrases=Path(__file__).with_name("phrases.toml"),
@@ -149,7 +152,7 @@ def _fit(words: Mapping[str, Any], space: spaces.Space[Any]) -> bool:
 
 
 class ExpertWarning(UserWarning):
-    """An expert gave no answer in a turn, of which the teacher is therefore silent."""
+    """The teacher leaves something out in a turn: the expert gave no answer, or could not be followed."""
 
 
 class ExpertOracle(Oracle[Position, GymWorld]):
@@ -161,7 +164,7 @@ class ExpertOracle(Oracle[Position, GymWorld]):
     def __init__(self, scratch: Callable[[], GymWorld]) -> None:
         super().__init__(scratch)
         self.silences: Counter[str] = Counter()
-        """The number of turns without an answer of the expert, by the reason."""
+        """How often praise or blame, advice or a warning was left out, by the reason."""
 
     @property
     def guide(self) -> Guide:
@@ -174,24 +177,28 @@ class ExpertOracle(Oracle[Position, GymWorld]):
 
     def _hindsight(self, claims: list[Claim], moment: Moment[Position], kinds: Set[FeedbackType]) -> None:
         if kinds & {HP, HN}:
-            verdict = self._unless_silent(moment, self._verdict, moment.past, moment.action, moment.after)
+            verdict = self._unless_silent(
+                "praise or blame", moment, self._verdict, moment.past, moment.action, moment.after
+            )
             if verdict is not None and verdict.kind in kinds:
                 claims.append(verdict)
 
     def _advice(self, claims: list[Claim], moment: Moment[Position], kinds: Set[FeedbackType]) -> None:
-        if FP in kinds and (advice := self._unless_silent(moment, self._would, moment.after)):
+        if FP in kinds and (advice := self._unless_silent("advice", moment, self._would, moment.after)):
             claims.append(advice)
-        if FN in kinds and (warning := self._unless_silent(moment, self._warning, moment.after)):
+        if FN in kinds and (warning := self._unless_silent("warning", moment, self._warning, moment.after)):
             claims.append(warning)
 
-    def _unless_silent(self, moment: Moment[Position], find: Callable[..., Claim | None], *of: Any) -> Claim | None:
+    def _unless_silent(
+        self, what: str, moment: Moment[Position], find: Callable[..., Claim | None], *of: Any
+    ) -> Claim | None:
         """What is found; None, with a warning, if the expert cannot be asked or followed."""
         try:
             return find(*of)
         except ExpertError as error:
             self.silences[f"{error}"] += 1
             if self.silences[f"{error}"] == 1:
-                warnings.warn(f"nothing is said of turn {moment.turn}: {error}", ExpertWarning, stacklevel=2)
+                warnings.warn(f"there is no {what} in turn {moment.turn}: {error}", ExpertWarning, stacklevel=2)
             return None
 
     def _would(self, truth: Position) -> Claim:
@@ -200,12 +207,12 @@ class ExpertOracle(Oracle[Position, GymWorld]):
             return Around(action=action, answer=answer_of(action, self.lab), tolerance=self.guide.tolerance)
         return Would(action=action, answer=answer_of(action, self.lab))
 
-    def _worse(self, truth: Position, own: Any) -> tuple[Any, float] | None:
-        """An action after which less is earned than after the expert's, and how much less; None if none is found."""
+    def _worse(self, truth: Position, own: Any) -> tuple[Any, Gain] | None:
+        """An action after which less is earned than after the expert's, with its gain; None if none is found."""
         for action in self.guide.candidates(truth, self.lab, own, self.guide.others):
-            more = self.guide.measure(truth, self.lab, action, own)
-            if more is not None and more < 0:
-                return action, -more
+            gain = self.guide.measure(truth, self.lab, action, own)
+            if gain is not None and gain.more < 0:
+                return action, gain
         return None
 
     def _warning(self, truth: Position) -> Claim | None:
@@ -216,18 +223,18 @@ class ExpertOracle(Oracle[Position, GymWorld]):
         self.guide.check(after, self.lab)  # what came of the action is what comes of it in roll-outs
         own = self.guide.action(truth, self.lab)
         if not self.guide.alike(own, action):
-            more = self.guide.measure(truth, self.lab, action, own)
-            return None if more is None else (Ahead if more > 0 else Behind)(**self._measured(action, abs(more)))
+            gain = self.guide.measure(truth, self.lab, action, own)
+            return None if gain is None else (Ahead if gain.more > 0 else Behind)(**self._measured(action, gain))
         found = self._worse(truth, own)
-        more = None if found is None else self.guide.measure(truth, self.lab, action, found[0])
-        if found is None or more is None or more < 0:
+        gain = None if found is None else self.guide.measure(truth, self.lab, action, found[0])
+        if found is None or gain is None or gain.more < 0:
             return None
-        fields = {**self._measured(action, more), "other": found[0], "instead": answer_of(found[0], self.lab)}
+        fields = {**self._measured(action, gain), "other": found[0], "instead": answer_of(found[0], self.lab)}
         return Neared(**fields, tolerance=self.guide.tolerance) if is_real(action) else Followed(**fields)
 
-    def _measured(self, action: Any, amount: float) -> dict[str, Any]:
-        basis = {"rollouts": self.guide.rollouts, "horizon": self.guide.horizon}
-        return {"action": action, "answer": answer_of(action, self.lab), "amount": amount, **basis}
+    def _measured(self, action: Any, gain: Gain) -> dict[str, Any]:
+        basis = {"rollouts": gain.rollouts, "horizon": self.guide.horizon}
+        return {"action": action, "answer": answer_of(action, self.lab), "amount": abs(gain.more), **basis}
 
 
 class CertainExpertOracle(ExpertOracle):
@@ -236,7 +243,7 @@ class CertainExpertOracle(ExpertOracle):
     instruction_types = ("b", "c")
 
     def _solution(self, truth: Position) -> tuple[Claim, ...]:
-        way = self._unless_silent(Moment.opening(truth), self._way, truth)
+        way = self._unless_silent("example", Moment.opening(truth), self._way, truth)
         return () if way is None else (way,)
 
     def _way(self, truth: Position) -> Claim:

@@ -10,7 +10,7 @@ from gymnasium import spaces
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Verdict, claim, opposed
 from teachers.planning.expert.asking import ExpertError
-from teachers.planning.expert.guide import Guide
+from teachers.planning.expert.guide import Gain, Guide
 from worlds.wrapped.gym_world import GymWorld, Position
 
 _OTHERS = 10  # counterparts, at most
@@ -42,7 +42,7 @@ class _Compared(ActionClaim[Position, GymWorld]):
     amount: float
     """By how much the sums of rewards differ: the median of all pairs of roll-outs, to three digits."""
     rollouts: int
-    """Number of pairs of roll-outs, each with the same draws; 1 where nothing is left to chance."""
+    """Number of pairs of roll-outs, each with the same draws; 1 where nothing was drawn in them."""
     horizon: int
     """Most actions of a roll-out."""
 
@@ -54,7 +54,7 @@ class _Compared(ActionClaim[Position, GymWorld]):
 
     def rests(self, guide: Guide) -> bool:
         """Whether these are the roll-outs that there are."""
-        return (self.rollouts, self.horizon) == (guide.rollouts, guide.horizon)
+        return self.rollouts in (1, guide.rollouts) and self.horizon == guide.horizon
 
 
 @claim
@@ -110,7 +110,7 @@ class Followed(_Compared):
             return False
         own = _asked(moment.past, lab)
         agrees = own is not None and guide.alike(own, self.action)
-        return agrees and guide.confirms(self.amount, moment.past, lab, self.action, self.other)
+        return agrees and guide.confirms(Gain(self.amount, self.rollouts), moment.past, lab, self.action, self.other)
 
     def excludes(self, other: Claim) -> bool:
         """A comparison with another choice of the expert."""
@@ -245,8 +245,8 @@ def _differs(said: _Compared, truth: Position, lab: GymWorld) -> bool:
     own = _asked(truth, lab)
     if own is None or lab.model.alike(own, said.action):
         return False
-    amount = said.amount if said.kind is HP else -said.amount
-    return bool(lab.model.confirms(amount, truth, lab, said.action, own))
+    gain = Gain(said.amount if said.kind is HP else -said.amount, said.rollouts)
+    return bool(lab.model.confirms(gain, truth, lab, said.action, own))
 
 
 def _others(said: ActionClaim[Position, GymWorld], moment: Moment[Position], lab: GymWorld) -> list[Any]:
