@@ -714,13 +714,14 @@ def test_a_lesson_goes_on_where_a_roll_out_raises(monkeypatch):
         ExpertWarning, match=r"no warning in turn 0: the environment raised RuntimeError\('motor jammed'\)"
     ):
         info = env.reset(seed=0)[1]
-    assert [type(atom.claim) for atom in info["atoms"]] == [Would]
+    assert [type(atom.claim) for atom in info["atoms"] if atom.kind] == [Would]
     assert list(env.teacher.oracle.silences) == [
         "the environment raised RuntimeError('motor jammed') after action 1 when it was tried"
     ]
+    env.teacher.oracle.silences.clear()
     with pytest.warns(ExpertWarning, match=r"no (praise or blame|warning) in turn 1"):
-        env.teacher.oracle.silences.clear()
-        assert [atom.kind for atom in env.step(0)[-1]["atoms"]] == [R, FP]
+        info = env.step(0)[-1]
+    assert [atom.kind for atom in info["atoms"]] == [R, FP]
     monkeypatch.setattr(Jam, "far", 3)
     with pytest.raises(PlanningError, match=r"motor jammed.* \(step \d+ after reset\(seed=0\)\)"):
         Lesson(Jam, Expert(lambda *_: 1), max_turns=40)

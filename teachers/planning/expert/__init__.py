@@ -53,8 +53,8 @@ class Expert(Planner):
             and have no memory. None: `teachers.planning.known` has an expert for the environment.
         rollouts: pairs of roll-outs for each comparison, at least 8; 1 is enough where nothing was found to be left to
             chance, and nothing is drawn in either roll-out.
-        horizon: most actions of a roll-out. None: 100, or another number where the environment is known, but no more than
-            an episode has.
+        horizon: most actions of a roll-out. None: 100, or another number where the environment is known, or as many as
+            an episode has if that is less.
         tolerance: by how much a real number of an action may differ from that of the expert, in units of the action.
             None: 0.05, or a fortieth of the smallest range of such a number, if that is less.
         margin: of smaller differences of the sum of rewards nothing is said.
