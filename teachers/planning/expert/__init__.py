@@ -29,7 +29,7 @@ from teachers.planning.expert.claims import (
     is_real,
     shown,
 )
-from teachers.planning.expert.guide import Gain, Guide
+from teachers.planning.expert.guide import Guide, Lead
 from teachers.planning.expert.trial import try_out
 from teachers.planning.known import Known, known, words_of
 from teachers.planning.planner import Planned, Planner, PlanningError, check_steps
@@ -207,12 +207,12 @@ class ExpertOracle(Oracle[Position, GymWorld]):
             return Around(action=action, answer=answer_of(action, self.lab), tolerance=self.guide.tolerance)
         return Would(action=action, answer=answer_of(action, self.lab))
 
-    def _worse(self, truth: Position, own: Any) -> tuple[Any, Gain] | None:
-        """An action after which less is earned than after the expert's, with its gain; None if none is found."""
+    def _worse(self, truth: Position, own: Any) -> tuple[Any, Lead] | None:
+        """An action after which less is earned than after the expert's, with its lead; None if none is found."""
         for action in self.guide.candidates(truth, self.lab, own, self.guide.others):
-            gain = self.guide.measure(truth, self.lab, action, own)
-            if gain is not None and gain.more < 0:
-                return action, gain
+            lead = self.guide.measure(truth, self.lab, action, own)
+            if lead is not None and lead.more < 0:
+                return action, lead
         return None
 
     def _warning(self, truth: Position) -> Claim | None:
@@ -223,18 +223,18 @@ class ExpertOracle(Oracle[Position, GymWorld]):
         self.guide.check(after, self.lab)  # what came of the action is what comes of it in roll-outs
         own = self.guide.action(truth, self.lab)
         if not self.guide.alike(own, action):
-            gain = self.guide.measure(truth, self.lab, action, own)
-            return None if gain is None else (Ahead if gain.more > 0 else Behind)(**self._measured(action, gain))
+            lead = self.guide.measure(truth, self.lab, action, own)
+            return None if lead is None else (Ahead if lead.more > 0 else Behind)(**self._measured(action, lead))
         found = self._worse(truth, own)
-        gain = None if found is None else self.guide.measure(truth, self.lab, action, found[0])
-        if found is None or gain is None or gain.more < 0:
+        lead = None if found is None else self.guide.measure(truth, self.lab, action, found[0])
+        if found is None or lead is None or lead.more < 0:
             return None
-        fields = {**self._measured(action, gain), "other": found[0], "instead": answer_of(found[0], self.lab)}
+        fields = {**self._measured(action, lead), "other": found[0], "instead": answer_of(found[0], self.lab)}
         return Neared(**fields, tolerance=self.guide.tolerance) if is_real(action) else Followed(**fields)
 
-    def _measured(self, action: Any, gain: Gain) -> dict[str, Any]:
-        basis = {"rollouts": gain.rollouts, "horizon": self.guide.horizon}
-        return {"action": action, "answer": answer_of(action, self.lab), "amount": abs(gain.more), **basis}
+    def _measured(self, action: Any, lead: Lead) -> dict[str, Any]:
+        basis = {"rollouts": lead.rollouts, "horizon": self.guide.horizon}
+        return {"action": action, "answer": answer_of(action, self.lab), "amount": abs(lead.more), **basis}
 
 
 class CertainExpertOracle(ExpertOracle):

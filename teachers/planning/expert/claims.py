@@ -10,7 +10,7 @@ from gymnasium import spaces
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Verdict, claim, opposed
 from teachers.planning.expert.asking import ExpertError
-from teachers.planning.expert.guide import Gain, Guide
+from teachers.planning.expert.guide import Guide, Lead
 from worlds.wrapped.gym_world import GymWorld, Position
 
 _OTHERS = 10  # counterparts, at most
@@ -110,7 +110,7 @@ class Followed(_Compared):
             return False
         own = _asked(moment.past, lab)
         agrees = own is not None and guide.alike(own, self.action)
-        return agrees and guide.confirms(Gain(self.amount, self.rollouts), moment.past, lab, self.action, self.other)
+        return agrees and guide.confirms(Lead(self.amount, self.rollouts), moment.past, lab, self.action, self.other)
 
     def excludes(self, other: Claim) -> bool:
         """A comparison with another choice of the expert."""
@@ -245,8 +245,8 @@ def _differs(said: _Compared, truth: Position, lab: GymWorld) -> bool:
     own = _asked(truth, lab)
     if own is None or lab.model.alike(own, said.action):
         return False
-    gain = Gain(said.amount if said.kind is HP else -said.amount, said.rollouts)
-    return bool(lab.model.confirms(gain, truth, lab, said.action, own))
+    lead = Lead(said.amount if said.kind is HP else -said.amount, said.rollouts)
+    return bool(lab.model.confirms(lead, truth, lab, said.action, own))
 
 
 def _others(said: ActionClaim[Position, GymWorld], moment: Moment[Position], lab: GymWorld) -> list[Any]:

@@ -23,7 +23,7 @@ _KEPT = 6  # positions
 _ASKED = 8  # times in each state
 
 
-class Gain(NamedTuple):
+class Lead(NamedTuple):
     """How much more is earned after one action than after another."""
 
     more: float
@@ -126,7 +126,7 @@ class Guide:
         """
         self._source(truth, lab, anew=False)()
 
-    def measure(self, truth: Position, lab: GymWorld, one: Any, other: Any) -> Gain | None:
+    def measure(self, truth: Position, lab: GymWorld, one: Any, other: Any) -> Lead | None:
         """How much more is earned after one action than after another.
 
         None where that is not clear: unless all pairs of roll-outs agree on the sign, and on the amount within a
@@ -143,9 +143,9 @@ class Guide:
                 return None
             if min(sizes) < self._margin or max(sizes) > _ALIKE * min(sizes) or min(found) < 0 < max(found):
                 return None
-        return Gain(float(f"{median(found):.{_DIGITS}g}"), len(found))
+        return Lead(float(f"{median(found):.{_DIGITS}g}"), len(found))
 
-    def confirms(self, gain: Gain, truth: Position, lab: GymWorld, one: Any, other: Any) -> bool:
+    def confirms(self, lead: Lead, truth: Position, lab: GymWorld, one: Any, other: Any) -> bool:
         """Whether as many roll-outs with other draws earn so much more after one action than after another.
 
         Their median has to have the sign of the amount and its size within a factor of four; where nothing is drawn, it
@@ -155,10 +155,10 @@ class Guide:
             differences = list(self._differences(truth, lab, one, other, anew=True))
         except ExpertError:
             return False
-        amount, found = gain.more, median(differences)
-        if len(differences) != gain.rollouts:
+        amount, found = lead.more, median(differences)
+        if len(differences) != lead.rollouts:
             return False
-        if gain.rollouts == 1:
+        if lead.rollouts == 1:
             return amount != 0 and abs(found - amount) <= 0.51 * 10 ** (1 - _DIGITS) * abs(amount)
         return amount * found > 0 and abs(amount) / _ALIKE <= abs(found) <= _ALIKE * abs(amount)
 
