@@ -12,6 +12,7 @@ __all__ = ["Episode", "Position", "plain_parts", "same", "still"]
 
 
 _PLAIN = bool, int, float, str, np.number, np.bool_, np.ndarray
+_LARGE = 10_000  # numbers
 
 
 class Episode:
@@ -106,12 +107,12 @@ def same(one: Any, other: Any) -> bool:
 def plain_parts(env: gymnasium.Env[Any, Any]) -> dict[str, Any]:
     """The numbers, texts and arrays among the attributes of an environment, without its wrappers', copied.
 
-    Those of its picture are left out.
+    Those of its picture, and large arrays, are left out.
     """
     return {
         name: still(part)
         for name, part in vars(env.unwrapped).items()
-        if isinstance(part, _PLAIN) and "render" not in name
+        if isinstance(part, _PLAIN) and "render" not in name and np.size(part) <= _LARGE
     }
 
 
