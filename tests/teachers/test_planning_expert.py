@@ -674,7 +674,7 @@ def back(observation, info):
 
 
 def test_chance_after_the_trial_is_measured_by_many_roll_outs():
-    found = audit(Lesson(Gale, Expert(back), max_turns=50), turns=50, students=("random",))
+    found = audit(Lesson(Gale, Expert(back, rollouts=8, horizon=20), max_turns=50), turns=40, students=("random",))
     assert found.count(Label.DISTORTED) == found.contradictions == 0 < found.checked
     subject = Lesson(Gale, Expert(back, horizon=20), max_turns=50)
     assert "nothing was found to be left to chance" in subject.planned.why
