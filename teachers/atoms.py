@@ -208,6 +208,9 @@ class Claim(Generic[TruthT, WorldT]):
     scope: ClassVar[Scope] = Scope.STATE
     """How far it reaches. A class that does not declare it has that of its base; if that is `STATE`, parts of an
     instruction reach the world, and rewards and hindsight the action."""
+    relative: ClassVar[bool] = False
+    """Whether it only says what somebody would do, or compares with that: no claim that calls something good or bad,
+    right or wrong rests on it."""
     tried: ClassVar[bool] = False
     """Whether it is about an action that was tried before the episode, and not about one of the student's."""
 

@@ -122,19 +122,24 @@ class Truism(Claim[Any]):
 
 
 class _Judged(Grounded[Any], ActionClaim[Any]):
-    """A verdict without a reason, on the action of this turn; its ground is all hindsight on that, with reasons."""
+    """A verdict without a reason, on the action of this turn; its ground is all hindsight on that, with reasons.
+
+    Hindsight that is `relative` is no verdict, and does not count.
+    """
 
     __slots__ = ()
     action_slot = ""
 
     def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
         """Check the ground: blame that does not hold counts as praise, and praise that does not hold as blame."""
-        kinds = {HP if (each.kind is HP) == each.holds(moment, lab) else HN for each in self._ground}
+        ground = (each for each in self._ground if not each.relative)
+        kinds = {HP if (each.kind is HP) == each.holds(moment, lab) else HN for each in ground}
         return _acted(self.action, moment) and self._fits(kinds)
 
     def means(self, moment: Moment[Any], oracle: Any) -> bool:
         """Judge the action."""
-        kinds = {each.kind for each in oracle.judge(moment._replace(over=True), {HP, HN})}
+        hindsight = oracle.judge(moment._replace(over=True), {HP, HN})
+        kinds = {each.kind for each in hindsight if not each.relative}
         return _acted(self.action, moment) and self._fits(kinds)
 
     @staticmethod
@@ -407,11 +412,11 @@ class Chance(Grounded[Any]):
 
     def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
         """Check the advice."""
-        return self.stands(moment, lab)
+        return not self._ground.relative and self.stands(moment, lab)
 
     def means(self, moment: Moment[Any], oracle: Any) -> bool:
         """Ask for advice."""
-        return any(each.kind is FP for each in oracle.judge(moment, {FP}))
+        return any(each.kind is FP and not each.relative for each in oracle.judge(moment, {FP}))
 
 
 @claim
@@ -423,11 +428,11 @@ class Trap(Grounded[Any]):
 
     def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
         """Check the warning."""
-        return self.stands(moment, lab)
+        return not self._ground.relative and self.stands(moment, lab)
 
     def means(self, moment: Moment[Any], oracle: Any) -> bool:
         """Ask for warnings."""
-        return any(each.kind is FN for each in oracle.judge(moment, {FN}))
+        return any(each.kind is FN and not each.relative for each in oracle.judge(moment, {FN}))
 
 
 @claim

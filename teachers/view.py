@@ -215,11 +215,13 @@ class View:
     def flip(self, claim: Claim[Any], rng: np.random.Generator) -> Claim[Any]:
         """The opposite of a verdict, which is false: praise for blame, or blame for praise.
 
-        Where none is false, the verdict is returned as it is.
+        Where none is false, or it is no verdict but a comparison, it is returned as it is.
         """
         false = [other for other in self.falsehoods(claim) if other.kind in HINDSIGHT - {claim.kind}]
         if false:
             return false[rng.integers(len(false))]
+        if _bare(claim).relative:
+            return claim
         moment = self.moment_of(claim)
         opposite = (Wrong if claim.kind is HP else Right).on(self._hindsight_on(moment), action=moment.action)
         return claim if opposite.holds(moment, self._oracle.lab) else _like(claim, opposite)
@@ -228,18 +230,22 @@ class View:
         """A less specific claim that advice or a warning implies: level 0 is the vaguest, the last is the claim itself.
 
         If the claim has no coarser ones, level 0 says that there is something to do or to avoid. A claim that does not
-        hold, is hedged or a placebo, is returned as it is, because it implies nothing.
+        hold, is hedged or a placebo, is returned as it is, because it implies nothing; and so is a `relative` one
+        without coarser ones.
         """
         bare, moment = _bare(claim), self.moment_of(claim)
         if bare.placebo or isinstance(bare, HedgedClaim):
             return claim
-        rungs = bare.coarser(moment, self._oracle.lab) or (self._dim(bare),)
+        rungs = bare.coarser(moment, self._oracle.lab) or (() if bare.relative else (self._dim(bare),))
         return _like(claim, rungs[level]) if level < len(rungs) and self.holds(claim) else claim
 
     def vague(self, claim: Claim[Any]) -> Claim[Any]:
-        """A claim without its numbers and names. One that does not hold, is hedged or a placebo, is left as it is."""
+        """A claim without its numbers and names.
+
+        One that does not hold, is `relative`, hedged or a placebo, is left as it is.
+        """
         bare, moment = _bare(claim), self.moment_of(claim)
-        if bare.placebo or isinstance(bare, HedgedClaim) or not self.holds(claim):
+        if bare.placebo or bare.relative or isinstance(bare, HedgedClaim) or not self.holds(claim):
             return claim
         if claim.kind is R:
             return _like(claim, Paid(sign=sign_of(moment.reward)))
@@ -248,7 +254,7 @@ class View:
         return next((_like(claim, each) for each in self._verdicts(moment) if each.kind is claim.kind), claim)
 
     def verdict(self) -> Claim[Any] | None:
-        """Right or wrong, without a reason; None if there is no hindsight on the last action."""
+        """Right or wrong, without a reason; None if no hindsight on the last action is a verdict."""
         return next(iter(self._verdicts(self.moment)), None)
 
     def example(self, n: int) -> Example | None:
@@ -306,7 +312,7 @@ class View:
 
     def _verdicts(self, moment: Moment[Any]) -> list[Claim[Any]]:
         """The verdicts on the action of a moment, without reasons, the most important first."""
-        said = self._hindsight_on(moment)
+        said = tuple(claim for claim in self._hindsight_on(moment) if not claim.relative)
         kinds = {claim.kind for claim in said}
         classes = [Wrong] * (HN in kinds) + [PartlyRight if HN in kinds else Right] * (HP in kinds)
         return [verdict.on(said, action=moment.action) for verdict in classes]

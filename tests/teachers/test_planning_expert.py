@@ -18,10 +18,11 @@ import llf_teacher
 from llf_teacher.tools.audit import audit
 from pz_envs.lesson import Lesson
 from teachers.atoms import FN, FP, HN, HP, KINDS, Label, Moment, R
+from teachers.common import Chance, PartlyRight, Right, Trap, Wrong
 from teachers.oracle import RefusalError
 from teachers.planning import TIERS, Expert, PlanningError
 from teachers.planning.expert import ExpertWarning, guide
-from teachers.planning.expert.claims import Ahead, Around, Behind, Costs, Demonstration, Followed, Would
+from teachers.planning.expert.claims import Ahead, Around, Behind, Costs, Demonstration, Followed, Neared, Would
 from teachers.planning.expert.draws import reseed
 from teachers.testing import Pupil, check_oracle
 from worlds.wrapped.coin_collector import CoinCollector
@@ -46,7 +47,7 @@ class Line(gymnasium.Env):
 
     def step(self, action):
         push = float(np.sum(action)) / 2 if np.ndim(action) else int(action) - 1
-        self.at += push + self.noise * self.np_random.normal()
+        self.at += push + (self.noise * self.np_random.normal() if self.noise else 0)
         return np.array([self.at]), -abs(self.at), False, False, {"at": self.at}
 
 
@@ -483,3 +484,268 @@ def test_rewards_that_are_no_numbers_are_not_compared():
     env = llf_teacher.teach(Nothing, oracle=Expert(lambda observation, info: 1), max_turns=5)
     env.reset(seed=0)
     assert {atom.kind for atom in env.step(0)[-1]["atoms"]} == {FP, R}
+
+
+class Lure(gymnasium.Env):
+    """Action 2 pays 100, others cost 1 and 2."""
+
+    observation_space, action_space = spaces.Discrete(9), spaces.Discrete(3)
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.count = 0
+        return 0, {}
+
+    def step(self, action):
+        self.count += 1
+        return self.count, (-1.0, -2.0, 100.0)[int(action)], self.count == 8, False, {}
+
+
+@pytest.mark.parametrize("personality", ["verification", "elaborator", "vague(q=1)", "sycophant"])
+def test_no_personality_calls_a_comparison_good_or_bad(personality):
+    """The expert takes what pays -1, where another action pays 100."""
+    env = llf_teacher.teach(Lure, oracle=Expert(heads), max_turns=8, teacher=personality, privileged_info=True)
+    info = env.reset(seed=0)[1]
+    said = [atom.claim for atom in info["atoms"]]
+    for action in (0, 1, 2, 0):
+        said += [atom.claim for atom in env.step(action)[-1]["atoms"]]
+    assert not {type(claim) for claim in said} & {Right, Wrong, PartlyRight, Chance, Trap}
+    assert {type(claim) for claim in said} & {Would, Followed} or personality == "verification"
+    oracle, (opening, moment) = played(Lesson(Lure, Expert(heads), max_turns=8), [0])
+    (praise,), advice = oracle.judge(moment, {HP}), oracle.judge(opening, {FP, FN})
+    assert praise.holds(moment, oracle.lab)
+    assert not Right.on((praise,), action=0).holds(moment, oracle.lab)
+    assert not Right(action=0).means(moment, oracle)
+    assert not any(cls.on(each).holds(opening, oracle.lab) for cls, each in zip((Chance, Trap), advice, strict=True))
+    assert not any(cls().means(opening, oracle) for cls in (Chance, Trap))
+
+
+class Dart(gymnasium.Env):
+    """A throw earns 5 less its distance from 0.123 on a scale; 10 if it is there."""
+
+    observation_space = spaces.Box(-1, 1, (1,), np.float32)
+
+    def __init__(self, scale=1.0, wrap=False):
+        self.scale, self.wrap = scale, wrap
+        self.action_space = spaces.Box(-scale, scale, (1,), np.float32)
+        if wrap:
+            self.action_space = spaces.Dict(to=spaces.Tuple([self.action_space]))
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        return np.zeros(1, np.float32), {}
+
+    def step(self, action):
+        at = float((action["to"][0] if self.wrap else action)[0]) / self.scale
+        return np.zeros(1, np.float32), 10.0 if abs(at - 0.123) < 1e-6 else 5 - abs(at - 0.123), True, False, {}
+
+    def throw(self, at):
+        """The action."""
+        at = np.array([at * self.scale], np.float32)
+        return {"to": (at,)} if self.wrap else at
+
+
+@pytest.mark.parametrize("wrap", [False, True])
+@pytest.mark.parametrize("scale", [1.0, 0.001])
+def test_an_expert_is_followed_as_it_acts_and_said_to_within_a_tolerance(scale, wrap):
+    """Rounded, its throw would earn 5."""
+    make = partial(Dart, scale, wrap)
+    aim = make().throw
+    env = llf_teacher.teach(make, oracle=Expert(lambda *_: aim(0.123)), max_turns=1, privileged_info=True)
+    info = env.reset(seed=0)[1]
+    (advice,) = [atom.claim for atom in info["atoms"] if atom.kind is FP]
+    assert isinstance(advice, Around)
+    assert advice.tolerance == pytest.approx(0.05 * scale)
+    (blame,) = [atom.claim for atom in env.step(aim(0.9))[-1]["atoms"] if atom.kind is HN]
+    assert blame.amount == pytest.approx(5.78)
+    env.reset(seed=0)
+    praise = [atom.claim for atom in env.step(aim(0.09))[-1]["atoms"] if atom.kind is HP]
+    assert [(type(each), each.tolerance) for each in praise] == [(Neared, advice.tolerance)]
+    lab, moment = env.teacher.oracle.lab, env.session.moment
+    assert praise[0].holds(moment, lab)
+    assert not Neared(
+        **{name: getattr(praise[0], name) for name in Followed.__dataclass_fields__}, tolerance=1.0
+    ).holds(moment, lab)
+    with pytest.raises(
+        PlanningError, match=r"says nothing of an action with a number that ranges over .*; allowed: less"
+    ):
+        Lesson(make, Expert(lambda *_: aim(0.123), tolerance=1.01 * scale))
+
+
+class Race(gymnasium.Env):
+    """From 10 to a goal, which is not seen, in 8 steps; only the last one pays: what was lost."""
+
+    observation_space, action_space = spaces.Discrete(21), spaces.Discrete(2)
+
+    def __init__(self, copies=True):
+        self.goal, self.copies, self.resets = 20, copies, [0]
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.at, self.count = 10, 0
+        self.resets[0] += 1
+        return 10, {"start": self.at}
+
+    def step(self, action):
+        self.count, self.at = self.count + 1, self.at + (-1, 1)[int(action)]
+        over = self.count == 8
+        return self.at, -float(abs(self.at - self.goal)) * over, over, False, {"start": 10}
+
+    def __deepcopy__(self, memo):
+        if not self.copies:
+            raise TypeError("no copies")
+        other = type(self)()
+        other.__dict__ |= {name: copy.deepcopy(part, memo) for name, part in self.__dict__.items()}
+        return other
+
+
+class Restless(Race):
+    """Its goal is another one from the 300th reset on."""
+
+    def step(self, action):
+        self.goal = 20 if self.resets[0] < 300 else 0
+        return super().step(action)
+
+
+def right(observation, info):
+    assert info["start"] == 10
+    return 1
+
+
+def compared(info):
+    """What was measured, by the class of the claim, and less than 0 if it is less."""
+    signs = {Followed: 1, Ahead: 1, Behind: -1, Costs: -1}
+    said = [atom.claim for atom in info["atoms"] if type(atom.claim) in signs]
+    return {type(each): signs[type(each)] * each.amount for each in said}
+
+
+@pytest.mark.parametrize("copies", [True, False])
+def test_roll_outs_begin_in_the_very_state(copies):
+    """The goal is moved after the lesson was made: before an episode, and within one."""
+    base = Race(copies)
+    lesson = Lesson(base if copies else partial(Race, False), Expert(right))
+    env = llf_teacher.StudentEnv(lesson, privileged_info=True)
+    base = env.session.world.env
+    assert compared(env.reset(seed=0)[1]) == {Costs: -2}
+    base.goal = 0
+    if copies:
+        assert compared(env.reset(seed=0)[1]) == {}  # what the expert does costs 2 now
+        assert compared(env.step(0)[-1]) == {Ahead: 2}
+        assert compared(env.step(1)[-1]) == {}
+    else:
+        with pytest.warns(ExpertWarning, match="cannot be replayed: that gave another value of goal"):
+            assert compared(env.reset(seed=0)[1]) == {}
+    base.goal = 20
+    assert compared(env.reset(seed=0)[1]) == {Costs: -2}
+    assert compared(env.step(0)[-1]) == {Behind: -2, Costs: -2}
+    base.goal = 0
+    env.teacher.oracle.silences.clear()
+    with pytest.warns(ExpertWarning, match="cannot be replayed: that gave another value of goal"):
+        assert compared(env.step(0)[-1]) == {}
+    assert env.teacher.oracle.silences
+
+
+def test_roll_outs_begin_in_the_very_state_of_a_world_that_ages():
+    env = llf_teacher.StudentEnv(Lesson(Restless(), Expert(right)), privileged_info=True)
+    while env.session.world.env.resets[0] < 300:
+        said = compared(env.reset(seed=0)[1])
+    assert said == {}
+    assert compared(env.step(0)[-1]) == {Ahead: 2}
+
+
+class Gale(gymnasium.Env):
+    """A walk on which a wind blows from step 26 on, when no trial looks any more."""
+
+    observation_space, action_space = spaces.Box(-200, 200, (2,), np.float32), spaces.Discrete(2)
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.at = self.count = 0
+        return np.zeros(2, np.float32), {}
+
+    def step(self, action):
+        self.count += 1
+        self.at += (-1, 1)[int(action)] + (int(self.np_random.integers(-3, 4)) if self.count > 25 else 0)
+        return np.array([self.at, self.count], np.float32), -float(abs(self.at)), False, self.count >= 50, {}
+
+
+def back(observation, info):
+    return int(observation[0] < 0)
+
+
+def test_chance_after_the_trial_is_measured_by_many_roll_outs():
+    found = audit(Lesson(Gale, Expert(back, rollouts=8, horizon=20), max_turns=50), turns=40, students=("random",))
+    assert found.count(Label.DISTORTED) == found.contradictions == 0 < found.checked
+    subject = Lesson(Gale, Expert(back, horizon=20), max_turns=50)
+    assert "nothing was found to be left to chance" in subject.planned.why
+    oracle, moments = played(subject, [1] * 40)
+    said = [(moment.turn, each.rollouts) for moment in moments for each in oracle.judge(moment, {HN, FN})]
+    assert {rollouts for turn, rollouts in said if turn <= 5} == {1}
+    assert {rollouts for turn, rollouts in said if turn > 10} == {16}
+    (way,) = oracle.brief(moments[0].after, "c")[3:]
+    assert len(way.actions) == 20
+    oracle, moments = played(Lesson(Gale, Expert(back), max_turns=50), [])
+    (way,) = oracle.brief(moments[0].after, "c")[3:]
+    assert len(way.actions) == 26  # the last one is chosen before the wind blows
+    assert way.holds(moments[0], oracle.lab)
+
+
+class Jam(gymnasium.Env):
+    """A motor that jams farther on than trials come."""
+
+    observation_space, action_space = spaces.Discrete(99), spaces.Discrete(2)
+    far = 30
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.at = 0
+        return 0, {}
+
+    def step(self, action):
+        if self.at == self.far:
+            raise RuntimeError("motor jammed")
+        self.at = max(0, self.at + (-1, 1)[int(action)])
+        return self.at, float(self.at), False, False, {}
+
+
+def test_a_lesson_goes_on_where_a_roll_out_raises(monkeypatch):
+    env = llf_teacher.teach(Jam, oracle=Expert(lambda *_: 1), max_turns=40, privileged_info=True)
+    with pytest.warns(
+        ExpertWarning, match=r"no warning in turn 0: the environment raised RuntimeError\('motor jammed'\)"
+    ):
+        info = env.reset(seed=0)[1]
+    assert [type(atom.claim) for atom in info["atoms"] if atom.kind] == [Would]
+    assert list(env.teacher.oracle.silences) == [
+        "the environment raised RuntimeError('motor jammed') after action 1 when it was tried"
+    ]
+    env.teacher.oracle.silences.clear()
+    with pytest.warns(ExpertWarning, match=r"no (praise or blame|warning) in turn 1"):
+        info = env.step(0)[-1]
+    assert [atom.kind for atom in info["atoms"]] == [R, FP]
+    monkeypatch.setattr(Jam, "far", 3)
+    with pytest.raises(PlanningError, match=r"motor jammed.* \(step \d+ after reset\(seed=0\)\)"):
+        Lesson(Jam, Expert(lambda *_: 1), max_turns=40)
+
+
+def test_an_expert_that_tosses_a_coin_is_found_out():
+    """Its answers differ in all but one state of 128, and not yet in the trial."""
+    coin = random.Random(0)
+    tossing = []
+    subject = Lesson(Line, Expert(lambda *_: coin.randrange(2) if tossing else 0, horizon=1), max_turns=40)
+    oracle, moments = played(subject, [1] * 40)
+    tossing.append(1)
+    with pytest.warns(ExpertWarning, match="changes its mind"):
+        said = [bool(oracle.judge(moment, {FP})) for moment in moments]
+    assert sum(said) <= 2
+
+
+def test_an_expert_is_asked_as_often_as_the_page_says():
+    asked = []
+    env = llf_teacher.teach(Line, oracle=Expert(lambda *_: asked.append(1) or 1, horizon=10), max_turns=20)
+    env.reset(seed=0)
+    counts = []
+    for turn in range(9):
+        asked.clear()
+        env.step(turn % 3)
+        counts.append(len(asked))
+    assert max(counts) <= 4 * 10 + 16  # of which each state's own question has eight

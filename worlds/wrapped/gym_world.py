@@ -18,7 +18,7 @@ from gymnasium import spaces
 from worlds.actions import canonical, format_value, native, syntax
 from worlds.spaces import Prose
 from worlds.world import World, illegal
-from worlds.wrapped.position import Episode, Position, same, still
+from worlds.wrapped.position import Episode, Position, plain_parts, same, still
 
 __all__ = ["SNAPSHOTS", "Episode", "GymWorld", "Position", "faithful", "same"]
 
@@ -149,11 +149,15 @@ class GymWorld(World[Position, Any, Any]):
         """Begin an episode. Without a seed the world draws one, so that the episode can be replayed."""
         super().reset(seed=seed, options=options)
         seed = int(self.np_random.integers(2**31)) if seed is None else seed
+        if self._at is not None and self._at[0].live is self._env:
+            self._at[0].live = None
         self._at = None
         env = self._synchronized()
         self._observation, info = env.reset(seed=seed, options=copy.deepcopy(options))
-        anchor = _anchor(env) if self._copies else None
-        self._episode = Episode(seed, copy.deepcopy(options), still(self._observation), anchor)
+        anchor, noted = (_anchor(env, info) if self._copies else None) or (None, None)
+        parts = plain_parts(env) if anchor is None else None
+        self._episode = Episode(seed, copy.deepcopy(options), still(self._observation), anchor, noted, parts)
+        self._episode.live = env
         self._turn, self._shared, self._kept = 0, False, None
         self._at = self._episode, 0
         return self._observation, {**info, **self.notes, "success": False}
@@ -364,10 +368,10 @@ def faithful(env: _Env, copied: Callable[[_Env], _Env] = copy.deepcopy) -> bool:
         return False
 
 
-def _anchor(env: _Env) -> _Env | None:
-    """A copy; None if there can be none any more, as of an environment that has opened a window or drawn an image."""
+def _anchor(env: _Env, info: dict[str, Any]) -> tuple[_Env, dict[str, Any]] | None:
+    """A copy of both; None if there can be none any more, as of an environment that has opened a window."""
     try:
-        return copy.deepcopy(env)
+        return copy.deepcopy((env, info))
     except Exception:
         return None
 

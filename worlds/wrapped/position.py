@@ -8,30 +8,49 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-__all__ = ["Episode", "Position", "same", "still"]
+__all__ = ["Episode", "Position", "plain_parts", "same", "still"]
+
+
+_PLAIN = bool, int, float, str, np.number, np.bool_, np.ndarray
+_LARGE = 10_000  # numbers
 
 
 class Episode:
     """All that is needed to replay an episode. Positions share it; a world only appends to its own episode."""
 
-    __slots__ = ("actions", "anchor", "observation", "options", "rewards", "seed")
+    __slots__ = ("actions", "anchor", "info", "live", "observation", "options", "parts", "rewards", "seed")
 
     def __init__(
-        self, seed: int, options: dict[str, Any] | None, observation: Any, anchor: gymnasium.Env[Any, Any] | None
+        self,
+        seed: int,
+        options: dict[str, Any] | None,
+        observation: Any,
+        anchor: gymnasium.Env[Any, Any] | None,
+        info: dict[str, Any] | None = None,
+        parts: dict[str, Any] | None = None,
     ) -> None:
         self.seed, self.options = seed, options
         self.observation = observation
         """The observation of reset."""
         self.anchor: gymnasium.Env[Any, Any] | None = anchor
         """A copy of the environment after reset, which is never stepped; None if episodes are replayed."""
+        self.info = info or {}
+        """The info of reset, if there is an anchor, from which it is copied with the environment."""
+        self.parts = parts or {}
+        """Where episodes are replayed, the environment's `plain_parts` after reset, which a replay must have, too."""
+        self.live: gymnasium.Env[Any, Any] | None = None
+        """The environment in which it is played, to be read only; None in forks, when it is over, and once pickled."""
         self.actions: list[Any] = []
         self.rewards: list[float] = []
 
     def fork(self, turn: int) -> "Episode":
         """A new episode with the same first actions."""
-        other = Episode(self.seed, self.options, self.observation, self.anchor)
+        other = Episode(self.seed, self.options, self.observation, self.anchor, self.info, self.parts)
         other.actions, other.rewards = self.actions[:turn], self.rewards[:turn]
         return other
+
+    def __getstate__(self) -> tuple[None, dict[str, Any]]:
+        return None, {name: getattr(self, name) for name in self.__slots__} | {"live": None}
 
     def __deepcopy__(self, memo: dict[int, Any]) -> "Episode":
         return self  # copies of a world fork it before they append
@@ -83,6 +102,18 @@ def same(one: Any, other: Any) -> bool:
     if isinstance(one, list | tuple):
         return type(one) is type(other) and len(one) == len(other) and all(map(same, one, other))
     return bool(one == other) or bool(one != one and other != other)
+
+
+def plain_parts(env: gymnasium.Env[Any, Any]) -> dict[str, Any]:
+    """The numbers, texts and arrays among the attributes of an environment, without its wrappers', copied.
+
+    Those of its picture, and large arrays, are left out.
+    """
+    return {
+        name: still(part)
+        for name, part in vars(env.unwrapped).items()
+        if isinstance(part, _PLAIN) and "render" not in name and np.size(part) <= _LARGE
+    }
 
 
 def still(value: Any) -> Any:

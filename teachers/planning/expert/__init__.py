@@ -2,12 +2,14 @@
 
 import warnings
 from collections import Counter
-from collections.abc import Callable, Mapping, Set
+from collections.abc import Callable, Iterable, Iterator, Mapping, Set
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 from typing import Any, ClassVar
 
 import gymnasium
+import numpy as np
 from gymnasium import spaces
 
 from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment
@@ -21,11 +23,13 @@ from teachers.planning.expert.claims import (
     Costs,
     Followed,
     Guided,
+    Neared,
     Would,
     answer_of,
+    is_real,
     shown,
 )
-from teachers.planning.expert.guide import Guide
+from teachers.planning.expert.guide import Guide, Lead
 from teachers.planning.expert.trial import try_out
 from teachers.planning.known import Known, known, words_of
 from teachers.planning.planner import Planned, Planner, PlanningError, check_steps
@@ -33,6 +37,7 @@ from teachers.planning.visible import privileged
 from worlds.wrapped.gym_world import GymWorld, Position
 
 _Env = gymnasium.Env[Any, Any]
+_TOLERANCE = 0.05  # for numbers from -1 to 1, or without bounds
 _FEWEST = 8  # pairs of roll-outs, where something is left to chance
 
 
@@ -47,9 +52,12 @@ class Expert(Planner):
     Args:
         policy: a function `(observation, info) -> action`, or a model of Stable-Baselines3; it must be deterministic,
             and have no memory. None: `teachers.planning.known` has an expert for the environment.
-        rollouts: pairs of roll-outs for each comparison, at least 8; 1 is enough where nothing is left to chance.
-        horizon: most actions of a roll-out. None: 100, or fewer where an environment is slow.
-        tolerance: by how much a number of an action may differ from that of the expert, in units of the action.
+        rollouts: pairs of roll-outs for each comparison, at least 8; 1 is enough where nothing was found to be left to
+            chance, and nothing is drawn in either roll-out.
+        horizon: most actions of a roll-out. None: 100, or another number where the environment is known, or as many as
+            an episode has if that is less.
+        tolerance: by how much a real number of an action may differ from that of the expert, in units of the action.
+            None: 0.05, or a fortieth of the smallest range of such a number, if that is less.
         margin: of smaller differences of the sum of rewards nothing is said.
         others: actions that are tried by roll-outs in each state, in search of a worse one than the expert's.
     """
@@ -57,7 +65,7 @@ class Expert(Planner):
     policy: Any = None
     rollouts: int = 16
     horizon: int | None = None
-    tolerance: float = 0.05
+    tolerance: float | None = None
     margin: float = 0.001
     others: int = 2
 
@@ -70,7 +78,9 @@ class Expert(Planner):
                 raise ValueError(f"{name} must be an integer of at least {least}, got {value!r}")
         for name in ("tolerance", "margin"):
             value = getattr(self, name)
-            if type(value) not in (int, float) or not 0 < value < float("inf"):
+            if not (value is None and name == "tolerance") and (
+                type(value) not in (int, float) or not 0 < value < float("inf")
+            ):
                 raise ValueError(f"{name} must be a positive number, got {value!r}")
 
     def plan(self, env: _Env, turns: int, success: Callable[..., Any] | None = None) -> Planned:
@@ -85,12 +95,19 @@ class Expert(Planner):
                 "returns an action, or a model of Stable-Baselines3"
             )
         check_steps(env)
+        least = min(_ranges(env.action_space), default=inf)
+        if self.tolerance is not None and self.tolerance >= least / 2:
+            raise PlanningError(
+                f"tolerance={self.tolerance} says nothing of an action with a number that ranges over {least:.3g}; "
+                f"allowed: less than {least / 2:.3g}"
+            )
         certain = try_out(env, make)
         guide = Guide(
             make,
-            rollouts=1 if certain else self.rollouts,
+            rollouts=self.rollouts,
+            certain=certain,
             horizon=self.horizon or min(own.horizon, turns),
-            tolerance=self.tolerance,
+            tolerance=self.tolerance or min(_TOLERANCE, least * _TOLERANCE / 2),
             margin=self.margin,
             others=self.others,
         )
@@ -100,7 +117,7 @@ class Expert(Planner):
         return Planned(
             tier="expert",
             why=f"an expert {whose}, and roll-outs of at most {guide.horizon} actions ({chance})",
-            size=f"{guide.rollouts} roll-out{'s' * (guide.rollouts != 1)} of {guide.horizon} actions",
+            size=f"{'1 roll-out' if certain else f'{guide.rollouts} roll-outs'} of {guide.horizon} actions",
             objective=f"the sum of rewards, compared over at most {guide.horizon:,} actions",
             oracle=CertainExpertOracle if certain else ExpertOracle,
             phrases=Path(__file__).with_name("phrases.toml"),
@@ -113,13 +130,30 @@ class Expert(Planner):
         )
 
 
+def _ranges(space: spaces.Space[Any]) -> Iterator[float]:
+    """How far each real number of an action ranges, where that is bounded and more than 0."""
+    if isinstance(space, spaces.Box) and space.dtype.kind == "f":
+        found = space.high.astype(float) - space.low.astype(float)
+        yield from found[(found > 0) & np.isfinite(found)].tolist()
+    for part in _parts(space):
+        yield from _ranges(part)
+
+
+def _parts(space: spaces.Space[Any]) -> Iterable[spaces.Space[Any]]:
+    if isinstance(space, spaces.Dict):
+        return space.spaces.values()
+    if isinstance(space, spaces.Tuple | spaces.OneOf):
+        return space.spaces
+    return (space.feature_space,) if isinstance(space, spaces.Sequence) else ()
+
+
 def _fit(words: Mapping[str, Any], space: spaces.Space[Any]) -> bool:
     """Whether words name all actions: with other options an environment may have others."""
     return isinstance(space, spaces.Discrete) and set(words.values()) == set(range(int(space.n))) and space.start == 0
 
 
 class ExpertWarning(UserWarning):
-    """An expert gave no answer in a turn, of which the teacher is therefore silent."""
+    """The teacher leaves something out in a turn: the expert gave no answer, or could not be followed."""
 
 
 class ExpertOracle(Oracle[Position, GymWorld]):
@@ -131,7 +165,7 @@ class ExpertOracle(Oracle[Position, GymWorld]):
     def __init__(self, scratch: Callable[[], GymWorld]) -> None:
         super().__init__(scratch)
         self.silences: Counter[str] = Counter()
-        """The number of turns without an answer of the expert, by the reason."""
+        """How often praise or blame, advice or a warning was left out, by the reason."""
 
     @property
     def guide(self) -> Guide:
@@ -144,58 +178,64 @@ class ExpertOracle(Oracle[Position, GymWorld]):
 
     def _hindsight(self, claims: list[Claim], moment: Moment[Position], kinds: Set[FeedbackType]) -> None:
         if kinds & {HP, HN}:
-            verdict = self._unless_silent(moment, self._verdict, moment.past, moment.action)
+            verdict = self._unless_silent(
+                "praise or blame", moment, self._verdict, moment.past, moment.action, moment.after
+            )
             if verdict is not None and verdict.kind in kinds:
                 claims.append(verdict)
 
     def _advice(self, claims: list[Claim], moment: Moment[Position], kinds: Set[FeedbackType]) -> None:
-        if FP in kinds and (advice := self._unless_silent(moment, self._would, moment.after)):
+        if FP in kinds and (advice := self._unless_silent("advice", moment, self._would, moment.after)):
             claims.append(advice)
-        if FN in kinds and (warning := self._unless_silent(moment, self._warning, moment.after)):
+        if FN in kinds and (warning := self._unless_silent("warning", moment, self._warning, moment.after)):
             claims.append(warning)
 
-    def _unless_silent(self, moment: Moment[Position], find: Callable[..., Claim | None], *of: Any) -> Claim | None:
+    def _unless_silent(
+        self, what: str, moment: Moment[Position], find: Callable[..., Claim | None], *of: Any
+    ) -> Claim | None:
         """What is found; None, with a warning, if the expert cannot be asked or followed."""
         try:
             return find(*of)
         except ExpertError as error:
             self.silences[f"{error}"] += 1
             if self.silences[f"{error}"] == 1:
-                warnings.warn(f"nothing is said of turn {moment.turn}: {error}", ExpertWarning, stacklevel=2)
+                warnings.warn(f"there is no {what} in turn {moment.turn}: {error}", ExpertWarning, stacklevel=2)
             return None
 
     def _would(self, truth: Position) -> Claim:
-        action = self.guide.action(truth, self.lab)
-        if isinstance(self.lab.action_space, spaces.Box) and self.lab.action_space.dtype.kind == "f":
+        action = self.guide.said(self.guide.action(truth, self.lab), self.lab)
+        if is_real(action):
             return Around(action=action, answer=answer_of(action, self.lab), tolerance=self.guide.tolerance)
         return Would(action=action, answer=answer_of(action, self.lab))
 
-    def _worse(self, truth: Position, own: Any) -> tuple[Any, float] | None:
-        """An action after which less is earned than after the expert's, and how much less; None if none is found."""
+    def _worse(self, truth: Position, own: Any) -> tuple[Any, Lead] | None:
+        """An action after which less is earned than after the expert's, with its lead; None if none is found."""
         for action in self.guide.candidates(truth, self.lab, own, self.guide.others):
-            more = self.guide.measure(truth, self.lab, action, own)
-            if more is not None and more < 0:
-                return action, -more
+            lead = self.guide.measure(truth, self.lab, action, own)
+            if lead is not None and lead.more < 0:
+                return action, lead
         return None
 
     def _warning(self, truth: Position) -> Claim | None:
         found = self._worse(truth, self.guide.action(truth, self.lab))
         return None if found is None else Costs(**self._measured(*found))
 
-    def _verdict(self, truth: Position, action: Any) -> Claim | None:
+    def _verdict(self, truth: Position, action: Any, after: Position) -> Claim | None:
+        self.guide.check(after, self.lab)  # what came of the action is what comes of it in roll-outs
         own = self.guide.action(truth, self.lab)
         if not self.guide.alike(own, action):
-            more = self.guide.measure(truth, self.lab, action, own)
-            return None if more is None else (Ahead if more > 0 else Behind)(**self._measured(action, abs(more)))
+            lead = self.guide.measure(truth, self.lab, action, own)
+            return None if lead is None else (Ahead if lead.more > 0 else Behind)(**self._measured(action, lead))
         found = self._worse(truth, own)
-        more = None if found is None else self.guide.measure(truth, self.lab, action, found[0])
-        if found is None or more is None or more < 0:
+        lead = None if found is None else self.guide.measure(truth, self.lab, action, found[0])
+        if found is None or lead is None or lead.more < 0:
             return None
-        return Followed(**self._measured(action, more), other=found[0], instead=answer_of(found[0], self.lab))
+        fields = {**self._measured(action, lead), "other": found[0], "instead": answer_of(found[0], self.lab)}
+        return Neared(**fields, tolerance=self.guide.tolerance) if is_real(action) else Followed(**fields)
 
-    def _measured(self, action: Any, amount: float) -> dict[str, Any]:
-        basis = {"rollouts": self.guide.rollouts, "horizon": self.guide.horizon}
-        return {"action": action, "answer": answer_of(action, self.lab), "amount": amount, **basis}
+    def _measured(self, action: Any, lead: Lead) -> dict[str, Any]:
+        basis = {"rollouts": lead.rollouts, "horizon": self.guide.horizon}
+        return {"action": action, "answer": answer_of(action, self.lab), "amount": abs(lead.more), **basis}
 
 
 class CertainExpertOracle(ExpertOracle):
@@ -204,7 +244,7 @@ class CertainExpertOracle(ExpertOracle):
     instruction_types = ("b", "c")
 
     def _solution(self, truth: Position) -> tuple[Claim, ...]:
-        way = self._unless_silent(Moment.opening(truth), self._way, truth)
+        way = self._unless_silent("example", Moment.opening(truth), self._way, truth)
         return () if way is None else (way,)
 
     def _way(self, truth: Position) -> Claim:

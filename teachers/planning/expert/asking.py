@@ -114,13 +114,21 @@ class Watched:
             raise ExpertError(f"the expert gave {got}, which is no action; allowed: {syntax(space)}") from None
 
     def step(self, action: Any) -> tuple[float, bool]:
-        """Take an action in canonical form: the reward, and whether the episode is over."""
+        """Take an action in canonical form: the reward, and whether the episode is over.
+
+        Raises:
+            ExpertError: the environment raises, or its reward is no number.
+        """
         took = getattr(self.policy, "took", None)
         if took is not None:
             with contextlib.suppress(ExpertError):  # it is asked in every state, as in play of its own
                 self.ask()
         space = self.env.action_space
-        self.observation, reward, terminated, truncated, self.info = self.env.step(native(space, action))
+        try:
+            self.observation, paid, terminated, truncated, self.info = self.env.step(native(space, action))
+            reward, over = float(paid), bool(terminated or truncated)
+        except Exception as error:
+            raise ExpertError(f"the environment raised {error!r} after action {action} when it was tried") from error
         if took is not None:
             took(action)
-        return float(reward), bool(terminated or truncated)
+        return reward, over

@@ -10,7 +10,7 @@ from gymnasium import spaces
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Verdict, claim, opposed
 from teachers.planning.expert.asking import ExpertError
-from teachers.planning.expert.guide import Guide
+from teachers.planning.expert.guide import Guide, Lead
 from worlds.wrapped.gym_world import GymWorld, Position
 
 _OTHERS = 10  # counterparts, at most
@@ -35,13 +35,14 @@ class _Compared(ActionClaim[Position, GymWorld]):
     """Base of what roll-outs measured after an action."""
 
     action_slot = "answer"
+    relative = True
     action: Any
     answer: str
     """The action as a student writes it."""
     amount: float
     """By how much the sums of rewards differ: the median of all pairs of roll-outs, to three digits."""
     rollouts: int
-    """Number of pairs of roll-outs, each with the same draws; 1 where nothing is left to chance."""
+    """Number of pairs of roll-outs, each with the same draws; 1 where nothing was drawn in them."""
     horizon: int
     """Most actions of a roll-out."""
 
@@ -53,7 +54,7 @@ class _Compared(ActionClaim[Position, GymWorld]):
 
     def rests(self, guide: Guide) -> bool:
         """Whether these are the roll-outs that there are."""
-        return (self.rollouts, self.horizon) == (guide.rollouts, guide.horizon)
+        return self.rollouts in (1, guide.rollouts) and self.horizon == guide.horizon
 
 
 @claim
@@ -109,7 +110,7 @@ class Followed(_Compared):
             return False
         own = _asked(moment.past, lab)
         agrees = own is not None and guide.alike(own, self.action)
-        return agrees and guide.confirms(self.amount, moment.past, lab, self.action, self.other)
+        return agrees and guide.confirms(Lead(self.amount, self.rollouts), moment.past, lab, self.action, self.other)
 
     def excludes(self, other: Claim) -> bool:
         """A comparison with another choice of the expert."""
@@ -119,6 +120,19 @@ class Followed(_Compared):
         """Blame, and another amount."""
         own = {name: getattr(self, name) for name in ("action", "answer", "amount", "rollouts", "horizon")}
         return Behind(**own), replace(self, amount=self.amount * _TIMES)
+
+
+@claim
+class Neared(Followed):
+    """True if no number of what the expert would have done is farther than `tolerance` from that of `action`, after
+    which it earned `amount` more than after `other`.
+    """  # noqa: D205
+
+    tolerance: float
+
+    def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
+        """Ask anew, and roll out with other draws."""
+        return self.tolerance == lab.model.tolerance and Followed.holds(self, moment, lab)
 
 
 @claim
@@ -143,6 +157,7 @@ class Would(ActionClaim[Position, GymWorld]):
 
     kind = FP
     action_slot = "answer"
+    relative = True
     action: Any
     answer: str
 
@@ -193,6 +208,11 @@ def shown(actions: Sequence[Any], lab: GymWorld) -> Demonstration:
     return Demonstration(actions=tuple(actions), listing=", ".join(answer_of(action, lab) for action in actions))
 
 
+def is_real(action: Any) -> bool:
+    """Whether an action has real numbers, of which an expert's may be said only to within a tolerance."""
+    return any(map(is_real, action)) if isinstance(action, tuple) else isinstance(action, float)
+
+
 def answer_of(action: Any, lab: GymWorld) -> str:
     """An action as a student writes it."""
     if (name := lab.names.get(action)) is not None:
@@ -225,8 +245,8 @@ def _differs(said: _Compared, truth: Position, lab: GymWorld) -> bool:
     own = _asked(truth, lab)
     if own is None or lab.model.alike(own, said.action):
         return False
-    amount = said.amount if said.kind is HP else -said.amount
-    return bool(lab.model.confirms(amount, truth, lab, said.action, own))
+    lead = Lead(said.amount if said.kind is HP else -said.amount, said.rollouts)
+    return bool(lab.model.confirms(lead, truth, lab, said.action, own))
 
 
 def _others(said: ActionClaim[Position, GymWorld], moment: Moment[Position], lab: GymWorld) -> list[Any]:

@@ -5,31 +5,44 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from math import isfinite
 from statistics import median
-from typing import Any
+from typing import Any, NamedTuple
 
 import gymnasium
 import numpy as np
 
-from teachers.planning.expert.asking import ExpertError, Policy, Watched
+from teachers.planning.expert.asking import ExpertError, Policy, Same, Watched
 from teachers.planning.expert.draws import reseed
 from worlds.wrapped.gym_world import GymWorld, Position
-from worlds.wrapped.position import Episode, same, still
+from worlds.wrapped.position import Episode, plain_parts, same, still
+from worlds.wrapped.snapshots import draws
 
 _Env = gymnasium.Env[Any, Any]
 _DIGITS = 3  # of amounts
 _ALIKE = 4  # times: what roll-outs with other draws differ by at most, to be one amount
 _KEPT = 6  # positions
+_ASKED = 8  # times in each state
+
+
+class Lead(NamedTuple):
+    """How much more is earned after one action than after another."""
+
+    more: float
+    """To three digits, in units of reward."""
+    rollouts: int
+    """Number of pairs of roll-outs that were compared; 1 if nothing was drawn in them."""
 
 
 class Guide:
     """An expert, asked and followed in environments of its own.
 
     A roll-out begins in a given state with draws of its own, takes an action and then follows the expert; what it earns
-    is the sum of rewards. Two actions are compared by `rollouts` pairs of roll-outs, each pair with the same draws.
+    is the sum of rewards. Two actions are compared by `rollouts` pairs of roll-outs, each pair with the same draws; by
+    one where nothing was found to be left to chance, and nothing is drawn in either roll-out.
 
     Args:
         make: gives the expert of an environment that was reset.
-        rollouts: number of pairs; 1 where nothing is left to chance.
+        rollouts: number of pairs.
+        certain: whether nothing was found to be left to chance.
         horizon: most actions of a roll-out.
         tolerance: by how much a number of an action may differ from another one that is the same to the expert.
         margin: differences of earnings below this are none.
@@ -41,22 +54,24 @@ class Guide:
         make: Callable[[_Env], Policy],
         *,
         rollouts: int,
+        certain: bool,
         horizon: int,
         tolerance: float,
         margin: float,
         others: int,
     ) -> None:
         self._make, self.rollouts, self.horizon = make, rollouts, horizon
+        self._least = 1 if certain else rollouts
         self.tolerance, self._margin, self.others = tolerance, margin, others
         self._env: _Env | None = None
         self._scenes: dict[tuple[Episode, int], Watched] = {}
-        self._earned: dict[tuple[Episode, int, bool], dict[tuple[Any, int], float]] = {}
+        self._earned: dict[tuple[Episode, int, bool], dict[tuple[Any, int], tuple[float, bool]]] = {}
 
     def __getstate__(self) -> dict[str, Any]:
         return self.__dict__ | {"_env": None, "_scenes": {}, "_earned": {}}
 
     def action(self, truth: Position, lab: GymWorld, anew: bool = False) -> Any:
-        """What the expert would do, as it is said: its numbers are rounded within the tolerance.
+        """What the expert would do, as it is; `said` rounds it.
 
         Args:
             truth: the state.
@@ -64,16 +79,19 @@ class Guide:
             anew: to ask an expert that has watched the whole episode anew, for checks.
 
         Raises:
-            ExpertError: it gives no answer, or, asked twice, two.
+            ExpertError: it gives no answer, or, asked eight times (twice, if it belongs to the environment), two.
         """
         fresh = self._source(truth, lab, anew)
-        first, second = fresh().ask(), fresh().ask()
-        if not self.alike(first, second):
-            raise ExpertError(
-                f"the expert changes its mind: asked twice in one state it gave {first!r} and {second!r}; make it "
-                "deterministic, such as by the most probable action"
-            )
-        return self.said(first, lab)
+        scene = fresh()
+        first = scene.ask()
+        for _ in range(_ASKED - 1 if isinstance(self._make, Same) else 1):
+            scene = scene if isinstance(self._make, Same) else fresh()
+            if not self.alike(first, again := scene.ask()):
+                raise ExpertError(
+                    f"the expert changes its mind: asked twice in one state it gave {first!r} and {again!r}; make it "
+                    "deterministic, such as by the most probable action"
+                )
+        return first
 
     def said(self, action: Any, lab: GymWorld) -> Any:
         """An action with numbers that are rounded within the tolerance."""
@@ -100,8 +118,16 @@ class Guide:
             drawn = [self.said(lab.legal(lab.sample_action(rng)), lab) for _ in range(2 * count)]
         return [each for each in drawn if not self.alike(each, action)][:count]
 
-    def measure(self, truth: Position, lab: GymWorld, one: Any, other: Any) -> float | None:
-        """How much more is earned after one action than after another, to three digits.
+    def check(self, truth: Position, lab: GymWorld) -> None:
+        """Go to a state, to see whether roll-outs can begin in it.
+
+        Raises:
+            ExpertError: they cannot.
+        """
+        self._source(truth, lab, anew=False)()
+
+    def measure(self, truth: Position, lab: GymWorld, one: Any, other: Any) -> Lead | None:
+        """How much more is earned after one action than after another.
 
         None where that is not clear: unless all pairs of roll-outs agree on the sign, and on the amount within a
         factor of four. Of these the median counts.
@@ -117,34 +143,49 @@ class Guide:
                 return None
             if min(sizes) < self._margin or max(sizes) > _ALIKE * min(sizes) or min(found) < 0 < max(found):
                 return None
-        return float(f"{median(found):.{_DIGITS}g}")
+        return Lead(float(f"{median(found):.{_DIGITS}g}"), len(found))
 
-    def confirms(self, amount: float, truth: Position, lab: GymWorld, one: Any, other: Any) -> bool:
+    def confirms(self, lead: Lead, truth: Position, lab: GymWorld, one: Any, other: Any) -> bool:
         """Whether as many roll-outs with other draws earn so much more after one action than after another.
 
-        Their median has to have the sign of the amount and its size within a factor of four; where nothing is left to
-        chance, it has to be the amount.
+        Their median has to have the sign of the amount and its size within a factor of four; where nothing is drawn, it
+        has to be the amount.
         """
         try:
-            found = median(self._differences(truth, lab, one, other, anew=True))
+            differences = list(self._differences(truth, lab, one, other, anew=True))
         except ExpertError:
             return False
-        if self.rollouts == 1:
+        amount, found = lead.more, median(differences)
+        if len(differences) != lead.rollouts:
+            return False
+        if lead.rollouts == 1:
             return amount != 0 and abs(found - amount) <= 0.51 * 10 ** (1 - _DIGITS) * abs(amount)
         return amount * found > 0 and abs(amount) / _ALIKE <= abs(found) <= _ALIKE * abs(amount)
 
     def demonstrate(self, truth: Position, lab: GymWorld, n: int, anew: bool = False) -> tuple[Any, ...]:
-        """At most `n` actions of the expert from a state on, until the episode is over; `anew` as in `action`.
+        """At most `n` actions of the expert from a state on, until the episode is over; `anew` is as in `action`.
+
+        Where something is drawn, those that `rollouts` roll-outs with draws of their own have in common.
 
         Raises:
             ExpertError: it gives no answer.
         """
-        scene, over = self._source(truth, lab, anew)(), False
-        actions: list[Any] = []
-        while not over and len(actions) < n:
-            actions.append(self.said(scene.ask(), lab))
-            _, over = scene.step(actions[-1])
-        return tuple(actions)
+        fresh, common = self._source(truth, lab, anew), n
+        for number in range(self.rollouts):
+            scene, over = fresh(), False
+            reseed(scene.env, truth.seed, truth.turn, int(anew), number)
+            before = draws(scene.env)
+            actions: list[Any] = []
+            while not over and len(actions) < common:
+                actions.append(scene.ask())
+                _, over = scene.step(actions[-1])
+            if not number:
+                first = actions
+            pairs = zip(actions, first, strict=False)
+            common = next((i for i, (one, other) in enumerate(pairs) if one != other), len(actions))
+            if draws(scene.env) == before:
+                break
+        return tuple(first[:common])
 
     def _differences(self, truth: Position, lab: GymWorld, one: Any, other: Any, anew: bool) -> Iterator[float]:
         """What is earned after one action less what is earned after another, pair by pair."""
@@ -156,17 +197,22 @@ class Guide:
                     fresh = fresh or self._source(truth, lab, anew)
                     seed = truth.seed, truth.turn, int(anew), number
                     known[action, number] = self._earn(fresh(), action, seed)
-            yield known[one, number] - known[other, number]
+            (mine, drew), (its, also) = known[one, number], known[other, number]
+            yield mine - its
+            if number + 1 >= self._least and not drew and not also:
+                return
 
-    def _earn(self, scene: Watched, action: Any, seed: tuple[int, ...]) -> float:
+    def _earn(self, scene: Watched, action: Any, seed: tuple[int, ...]) -> tuple[float, bool]:
+        """What a roll-out earns, and whether anything was drawn in it."""
         reseed(scene.env, *seed)
+        before = draws(scene.env)
         earned, over = scene.step(action)
         for _ in range(self.horizon - 1):
             if over:
                 break
             reward, over = scene.step(scene.ask())
             earned += reward
-        return earned
+        return earned, draws(scene.env) != before
 
     def _source(self, truth: Position, lab: GymWorld, anew: bool) -> Callable[[], Watched]:
         """Gives scenes of a state, of which one is used at a time: copies, or replays where copies are not faithful."""
@@ -183,25 +229,54 @@ class Guide:
         if before is None:
             return self._replayed(truth, lab)
         scene = before.copy()
-        scene.step(truth.episode.actions[truth.turn - 1])
-        return scene
+        if not same(scene.step(truth.episode.actions[truth.turn - 1])[0], truth.episode.rewards[truth.turn - 1]):
+            raise ExpertError("the episode cannot be replayed: an action earned something else")
+        return self._checked(scene, truth, lab)
 
     def _replayed(self, truth: Position, lab: GymWorld) -> Watched:
-        """The scene of a state, from a reset and the actions since."""
+        """The scene of a state, from the start of the very episode and the actions since.
+
+        Raises:
+            ExpertError: it is another state, so that nothing can be said of this one.
+        """
         episode = truth.episode
-        if self._env is None:
-            self._env = lab.scratch().env
-        env = self._env if episode.anchor is None else copy.deepcopy(self._env)
-        observation, info = env.reset(seed=episode.seed, options=copy.deepcopy(episode.options))
-        if not same(still(observation), episode.observation):
-            if episode.anchor is None:
+        if episode.anchor is None:
+            if self._env is None:
+                self._env = lab.scratch().env
+            env = self._env
+            observation, info = env.reset(seed=episode.seed, options=copy.deepcopy(episode.options))
+            if not same(still(observation), episode.observation):
                 raise ExpertError("the episode cannot be replayed: reset gave another observation")
-            env, observation, info = copy.deepcopy(episode.anchor), episode.observation, {}
+            _check_parts(env, episode.parts)
+        else:
+            env, info = copy.deepcopy((episode.anchor, episode.info))
+            observation = episode.observation
         scene = Watched.begin(env, self._make, observation, info)
         for action, paid in zip(truth.actions, episode.rewards, strict=False):
             if not same(scene.step(action)[0], paid):
                 raise ExpertError("the episode cannot be replayed: an action earned something else")
+        return self._checked(scene, truth, lab)
+
+    def _checked(self, scene: Watched, truth: Position, lab: GymWorld) -> Watched:
+        """The scene, if it is what the episode came to: what the student saw, and now also what it does not see.
+
+        Raises:
+            ExpertError: it is something else.
+        """
+        episode = truth.episode
+        if episode.live is not None and truth.turn == len(episode.actions):
+            _check_parts(scene.env, plain_parts(episode.live))
+        if not same(still(scene.observation), lab.state_of(truth)):
+            raise ExpertError("the episode cannot be replayed: its actions led to another observation")
         return scene
+
+
+def _check_parts(env: _Env, wanted: dict[str, Any]) -> None:
+    """Compare what an environment holds."""
+    parts = plain_parts(env)
+    differ = [name for name, part in wanted.items() if name not in parts or not same(part, parts[name])]
+    if differ:
+        raise ExpertError(f"the episode cannot be replayed: that gave another value of {', '.join(differ)}")
 
 
 def _remembered(kept: dict[Any, Any], key: Any, make: Callable[[], Any]) -> Any:

@@ -100,7 +100,10 @@ def _play(env: _Env, make: Callable[[_Env], Policy], seed: int, draws: int, unti
                 raise PlanningError(f"{error} (after reset(seed={seed}))") from error
             asked = None
         sample = canonical(space, space.sample())
-        reward, over = scene.step(sample if asked is None or rng.random() < 0.5 else asked)
+        try:
+            reward, over = scene.step(sample if asked is None or rng.random() < 0.5 else asked)
+        except ExpertError as error:
+            raise PlanningError(f"{error} (step {step + 1} after reset(seed={seed}))") from error
         yield _Seen(asked, (still(scene.observation), reward, over))
         if over:
             return
