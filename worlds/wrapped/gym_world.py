@@ -101,8 +101,10 @@ class GymWorld(World[Position, Any, Any]):
         self._look, self._success, self._describe = look, success, describe
         self.observation_space, self.action_space = _known(given.observation_space), given.action_space
         self._discrete = type(self.action_space) is spaces.Discrete
-        if isinstance(self.action_space, spaces.Discrete):
+        self._integers: tuple[type, ...] = ()
+        if type(self.action_space) is spaces.Discrete:
             self._least, self._count = int(self.action_space.start), int(self.action_space.n)
+            self._integers = int, self.action_space.dtype.type
         self._sampler = copy.deepcopy(self.action_space)
         self.reward_range = _reward_range(given, reward_range)
         self.action_syntax = syntax(self.action_space)
@@ -158,8 +160,9 @@ class GymWorld(World[Position, Any, Any]):
 
     def legal(self, action: Any) -> Any:
         """The action in canonical form."""
-        if self._discrete and type(action) is int and 0 <= action - self._least < self._count:
-            return action
+        # Without this short cut past Gymnasium's own check a sampled action makes FrozenLake's turn a fifth longer.
+        if type(action) in self._integers and 0 <= int(action) - self._least < self._count:
+            return int(action)
         try:
             return canonical(self.action_space, action)
         except (ValueError, TypeError, OverflowError):

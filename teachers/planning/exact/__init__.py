@@ -256,12 +256,13 @@ class ExactOracle(Oracle[Position, GymWorld]):
 
     def _told_at(self, truth: Position, moment: Moment[Position]) -> _Told | None:
         unread = moment.turn - moment.after.turn
-        if truth is not self._last[0] or unread != self._last[1]:
+        last, then, told = self._last
+        if truth is not last or unread != then:
             values = self.model.at(truth, self.lab)
             turn = used(truth, moment, values)
             told = None if turn is None else self._telling(values, truth.seen, turn)
             self._last = truth, unread, told
-        return self._last[2]
+        return told
 
     def _telling(self, values: Worths, state: Any, turn: int) -> _Told | None:
         """What can be told of a state after so many turns; None if no action loses anything."""
