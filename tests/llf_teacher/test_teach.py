@@ -303,6 +303,15 @@ def test_success(info, options, success):
         assert world.step(0)[4]["success"] is True
 
 
+@pytest.mark.parametrize("cast", [int, np.int64, np.int8, np.array])
+def test_an_integer_of_any_type_is_the_action(cast):
+    world = GymWorld(gymnasium.make(CART))
+    assert [type(world.legal(cast(action))) for action in (0, 1)] == [int, int]
+    for action in (-1, 2):
+        with pytest.raises(ValueError, match="an integer from 0 to 1"):
+            world.legal(cast(action))
+
+
 def test_reward_range():
     assert GymWorld(Walk()).reward_range == (-1.0, 1.0)
     assert GymWorld(gymnasium.make(CART)).reward_range == (-1e6, 1e6)

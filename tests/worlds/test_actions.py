@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from gymnasium import spaces
 
-from worlds.actions import canonical, describe_space, format_value, native, syntax
+from worlds.actions import canonical, describe_space, format_value, is_element, native, syntax
 from worlds.wrapped.gym_world import same
 
 SPACES = [
@@ -95,6 +95,15 @@ def test_what_is_not_in_the_space_is_refused(space, wrong):  # fmt: skip
 def test_what_cannot_be_written_is_refused(space, match):
     with pytest.raises(ValueError, match=match):
         syntax(space)
+
+
+@pytest.mark.parametrize("dtype", [np.int8, np.int64, np.uint8])
+def test_integers_are_elements_as_in_gymnasium(dtype):
+    space = spaces.Discrete(100, start=20, dtype=dtype)
+    for cast in (int, np.int8, np.int16, np.int64, np.uint8, np.uint64, float, str):
+        for action in map(cast, (0, 19, 20, 119, 120, 127)):
+            assert is_element(space, action) == space.contains(action), repr(action)
+    assert not any(is_element(space, action) for action in (-(10**30), 10**30, True, np.True_))
 
 
 def test_a_fraction_is_no_integer():
