@@ -600,10 +600,10 @@ class Race(gymnasium.Env):
 
 
 class Restless(Race):
-    """Its goal is another one from the 300th reset on."""
+    """Its goal is another one from the 3,000th reset on, long after it was planned."""
 
     def step(self, action):
-        self.goal = 20 if self.resets[0] < 300 else 0
+        self.goal = 20 if self.resets[0] < 3000 else 0
         return super().step(action)
 
 
@@ -647,7 +647,7 @@ def test_roll_outs_begin_in_the_very_state(copies):
 
 def test_roll_outs_begin_in_the_very_state_of_a_world_that_ages():
     env = llf_teacher.StudentEnv(Lesson(Restless(), Expert(right)), privileged_info=True)
-    while env.session.world.env.resets[0] < 300:
+    while env.session.world.env.resets[0] < 3000:
         said = compared(env.reset(seed=0)[1])
     assert said == {}
     assert compared(env.step(0)[-1]) == {Ahead: 2}
