@@ -127,17 +127,13 @@ def test_what_states_nothing_is_not_read(name, text):
 
 
 def test_sentences_that_state_nothing_keep_others_from_being_read_as_claims():
-    """Among those of two families, in all files, fewer are read than by a layer that has not learnt from such ones."""
-    read_as_claims = []
-    for name in (BANDITS, "parking"):
-        classes = Vocabulary(FAMILIES[name].oracle_class().claims()).classes
-        phrases, table = own_phrases(FAMILIES[name].phrasebook, classes), load_synonyms(name)
-        idle = [each.text for path in FILES for each in labelled(path) if (each.family, each.claim) == (name, None)]
-        for nothing in (table.nothing, ()):
-            near = Near(classes, phrases, table._replace(nothing=nothing))
-            read_as_claims.append(sum(near.read(text).claim is not None for text in idle))
-    assert read_as_claims[0] < read_as_claims[1]
-    assert read_as_claims[2] < read_as_claims[3]
+    """Of a family's, in all files, fewer are read than by a layer that has not learnt from such ones."""
+    classes = Vocabulary(FAMILIES[BANDITS].oracle_class().claims()).classes
+    phrases, table = own_phrases(FAMILIES[BANDITS].phrasebook, classes), load_synonyms(BANDITS)
+    idle = [each.text for path in FILES for each in labelled(path) if (each.family, each.claim) == (BANDITS, None)]
+    layers = (Near(classes, phrases, table._replace(nothing=nothing)) for nothing in (table.nothing, ()))
+    learnt, other = (sum(near.read(text).claim is not None for text in idle) for near in layers)
+    assert learnt < other
 
 
 def test_nothing_is_learnt_from_the_files_that_measure():
