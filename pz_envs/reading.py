@@ -42,7 +42,7 @@ class _Taught:
 
 
 def make_reader(subject: Subject, vocabulary: Vocabulary | None = None) -> LayeredReader:
-    """The reader of a subject's sentences; it takes about a second to learn the phrases, once for the same claims.
+    """The reader of a subject's sentences; it takes up to two seconds to learn the phrases, once for the same claims.
 
     Args:
         subject: what is taught.

@@ -2,14 +2,16 @@
 
 What can stand in a phrase's slots is looked for first, by the slot's kind: a number, a quotation, a list, a name of an
 enumeration, or a pattern of the family's table. Claims whose slots the sentence fills are candidates. The other words
-decide by classifiers: which of the claims they state, learnt from the family's phrases, and which kind of feedback
-they are, whether good or bad, and whether of what was done or is to be done, learnt from the phrases of all families.
-Where one of these is not clear, the sentence is not read. The truth of the world is never looked at.
+decide by classifiers: which of the claims they state, learnt from the family's phrases; which kind of feedback they
+are, whether good or bad, and whether of what was done or is to be done, learnt from the phrases of all families; and
+whether they state anything, learnt from all phrases and from sentences that state nothing. Where one of these is not
+clear, the sentence is not read. The truth of the world is never looked at.
 
 The tables are `synonyms/common.toml` and `synonyms/<family>.toml`. `words` has per word of the phrases what people say
 in its place; `slots` the patterns of slots that hold neither number nor enumeration, or `<list>`, `<number>` or
 `<action>`, for all claims or, as `Claim.slot`, for one (empty: any text, which only the phrases themselves can have);
-`less` has per pair of slots, as `after < before`, the claims that say that the first one is the smaller number.
+`less` has per pair of slots, as `after < before`, the claims that say that the first one is the smaller number;
+`nothing` has sentences that state nothing that can be checked.
 """
 
 import itertools
@@ -40,9 +42,12 @@ _PATTERNS = {
     LIST: r"\"?(\[[^\[\]]*\]|\([^()]*,[^()]*\))\"?",
     NUMBER: r"(?<![\w.-])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w-])",
 }
-CONFIDENT = 0.14
+CONFIDENT = 0.135
 """How clear it must be that the best claim is meant: the least of how far it is ahead, twice its own score, how far its
-kind is ahead, how near the sentence is to the kind's senses, and how sure and how little strained the slots are."""
+kind is ahead, how near the sentence is to the kind's senses, how sure and how little strained the slots are, and
+how far it is ahead that the sentence states anything, with `STATES` added."""
+STATES = 0.25
+"""The lead that is given to stating anything, since people's words are less like the phrases than other phrases are."""
 KIND = 0.15
 """How much each of the score of the kind, its senses and the strain counts for the order of claims."""
 _SENSES: Mapping[str, tuple[int, int]] = {HP: (1, 1), HN: (-1, 1), FP: (1, -1), FN: (-1, -1), R: (0, 1)}
@@ -66,6 +71,8 @@ class Synonyms(NamedTuple):
     slots: Mapping[str, str]
     less: Mapping[str, Sequence[str]]
     """Per pair of slots, such as `after < before`, the claims whose numbers are in this order."""
+    nothing: Sequence[str] = ()
+    """Sentences that state nothing that can be checked."""
 
 
 @cache
@@ -74,6 +81,7 @@ def load_synonyms(family: str) -> Synonyms:
     words: dict[str, Sequence[str]] = {}
     slots: dict[str, str] = {}
     less: dict[str, Sequence[str]] = {}
+    nothing: list[str] = []
     for name in ("common", family):
         file = resources.files("teachers.synonyms").joinpath(f"{name}.toml")
         if file.is_file():
@@ -81,7 +89,8 @@ def load_synonyms(family: str) -> Synonyms:
             words |= table.get("words", {})
             slots |= table.get("slots", {})
             less |= table.get("less", {})
-    return Synonyms(words, slots, less)
+            nothing += table.get("nothing", ())
+    return Synonyms(words, slots, less, nothing)
 
 
 class Nearest(NamedTuple):
@@ -218,6 +227,8 @@ class Near:
         every_kind = [(each.words, self._kind_of(each.claim)) for each in self._phrases]
         every_kind += [(self._plain(_blank(text)), kind) for text, kind in others]
         self._kind = _Classifier(every_kind, _sensed_parts_of)
+        nothing = [(words, _NOTHING) for text in table.nothing for words in self._blanked(text)]
+        self._states = _Classifier([*((words, _STATED) for words, _ in every_kind), *nothing], _parts_of)
         self._questions = [each for each in self._phrases if each.source.endswith("?")]
 
     def _kind_of(self, claim: str) -> str:
@@ -253,13 +264,15 @@ class Near:
         for words in {each.words for each in found.values()}:
             scores = self._claim.scores(words, left and (left.words, left.claim))
             kinds = self._kind.scores(words, left and (left.words, self._kind_of(left.claim)))
+            states = self._states.scores(words, left and (left.words, _STATED))
+            stated = STATES + states[_STATED] - states.get(_NOTHING, 0.0)
             senses = [sum(_SENSES[kind][i] * score for kind, score in kinds.items()) for i in (0, 1)]
             for name in (name for name, each in found.items() if each.words == words):
                 kind, strain = self._kind_of(name), found[name].strain
                 agree = [1 - abs(sense - its) for sense, its in zip(senses, _SENSES[kind], strict=True)]
                 worth[name] = scores[name] + KIND * (kinds[kind] + sum(agree) - strain)
                 ahead = kinds[kind] - max((score for other, score in kinds.items() if other != kind), default=0.0)
-                clear[name] = min(2 * scores[name], ahead, *agree, found[name].sure, 1 - strain)
+                clear[name] = min(2 * scores[name], ahead, *agree, found[name].sure, 1 - strain, stated)
         best, *others = sorted(worth, key=lambda name: -worth[name])
         lead = min(clear[best], worth[best] - max((worth[name] for name in others), default=0.0))
         return Nearest(best if lead >= CONFIDENT else None, found[best].slots, (best, *others[:2]), lead)
@@ -273,6 +286,12 @@ class Near:
             for slot, value in slots.items()
             if slot in patterns
         )
+
+    def _blanked(self, text: str) -> list[str]:
+        """The words of a sentence beside what can stand in slots, in each way in which a phrase's slots fit it."""
+        kinds = {frozenset(each.kinds.values()): None for each in self._phrases}
+        parts = [self._parts(self._plain(text), each) for each in kinds if ANY not in each]
+        return [each[1] for each in parts if each]
 
     def _candidates(self, text: str, without: _Phrase | None) -> dict[str, _Candidate]:
         """The claims whose slots the sentence can fill."""
@@ -435,6 +454,7 @@ def _parts_of(text: str, pairs: float = 0.5) -> dict[str, float]:
     return parts | {f"{one} {other}": pairs for one, other in itertools.pairwise(["", *words, ""])}
 
 
+_STATED, _NOTHING = "stated", "nothing"  # labels
 _NOT = frozenset({"not", "no", "never", "nothing", "without", "none"})
 _NEGATION = re.compile(rf"\b(?:{'|'.join(sorted(_NOT))})\b", re.IGNORECASE)
 

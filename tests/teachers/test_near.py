@@ -1,5 +1,6 @@
 """Reading what people say: near the phrases it is read, and where it is ambiguous it is not."""
 
+import re
 import time
 from functools import cache
 from pathlib import Path
@@ -20,12 +21,14 @@ from llf_teacher.tools.reading import (
 )
 from pz_envs.family import own_families
 from pz_envs.reading import make_reader
-from teachers.near import load_synonyms
+from teachers.near import Near, load_synonyms
 from teachers.oracles.bandits import Pull
+from teachers.reading import own_phrases
 from teachers.schema import Vocabulary
 from teachers.templates import Template
 
 FAMILIES = {each.name: each for each in own_families()}
+FILES = sorted((Path(__file__).parents[1] / "reading").glob("*.txt"))
 FILE = Path(__file__).parents[1] / "reading" / "sentences.txt"
 BANDITS, GRID, OPTIMIZATION, POEM = "bandits", "gridworld", "optimization", "poem"
 
@@ -108,6 +111,40 @@ def test_every_table_is_about_the_family(name):
     assert ordered <= slots
     assert set(table.words) >= set(load_synonyms("none").words)
     assert all(others and word not in others for word, others in table.words.items())
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        (BANDITS, "no hurry at all"),
+        (BANDITS, "I once pulled arm 6 for a whole evening"),
+        (GRID, "you will like it here"),
+        (POEM, "a nice poem it is, with the sea and all"),
+    ],
+)
+def test_what_states_nothing_is_not_read(name, text):
+    assert read(name, text) == [("", None, {})]
+
+
+def test_sentences_that_state_nothing_keep_others_from_being_read_as_claims():
+    """Of a family's, in all files, fewer are read than by a layer that has not learnt from such ones."""
+    classes = Vocabulary(FAMILIES[BANDITS].oracle_class().claims()).classes
+    phrases, table = own_phrases(FAMILIES[BANDITS].phrasebook, classes), load_synonyms(BANDITS)
+    idle = [each.text for path in FILES for each in labelled(path) if (each.family, each.claim) == (BANDITS, None)]
+    layers = (Near(classes, phrases, table._replace(nothing=nothing)) for nothing in (table.nothing, ()))
+    learnt, other = (sum(near.read(text).claim is not None for text in idle) for near in layers)
+    assert learnt < other
+
+
+def test_nothing_is_learnt_from_the_files_that_measure():
+    for name in FAMILIES:
+        nothing = [_bare(text) for text in load_synonyms(name).nothing]
+        assert len(nothing) == len({*nothing}) > len(load_synonyms("none").nothing) > 0
+        assert not {*nothing} & {_bare(each.text) for path in FILES for each in labelled(path) if each.family == name}
+
+
+def _bare(text):
+    return " ".join(re.findall(r"\w+", text.lower()))
 
 
 @settings(max_examples=60)
