@@ -59,8 +59,8 @@ class CheckedSentence(NamedTuple):
 class ClaimReader:
     """Reads the sentences of an episode into claims, and checks these where the truth is known.
 
-    The phrases are learnt with the first text, which takes up to two seconds. Whatever is said, nothing is executed, and
-    time and memory are bounded.
+    The phrases are learnt with the first text, which takes up to two seconds. Whatever is said, nothing is executed,
+    and time and memory are bounded.
 
     Args:
         subject: what is taught.
