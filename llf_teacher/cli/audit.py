@@ -54,10 +54,6 @@ def audit(
     voice: Annotated[
         str, typer.Option(help="Name of a voice, path of a voice's file, or module:function that rewrites sentences.")
     ] = "plain",
-    option: Annotated[
-        list[str] | None,
-        typer.Option(help="Option of the environments' worlds, as NAME=VALUE; repeat it for several."),
-    ] = None,
     workers: Annotated[
         int | None, typer.Option(min=1, help="Parallel processes; by default one for each core.")
     ] = None,
@@ -80,6 +76,10 @@ def audit(
             help="What reads a transcript's sentences that are not near the phrases: llm_reader(model=...), or "
             "module:function."
         ),
+    ] = None,
+    option: Annotated[
+        list[str] | None,
+        typer.Option(help="Option of the environments' worlds, as NAME=VALUE; repeat it for several."),
     ] = None,
 ) -> None:
     """Check every claim of teachers, with many kinds of students, in worlds with many options.

@@ -100,6 +100,8 @@ def meddler(claims, view):
 class Ground:
     """Holds here, and nowhere else."""
 
+    relative = False
+
     def __init__(self, here=True):
         self.here = here
 
