@@ -7,7 +7,6 @@ import re
 import sys
 from functools import partial
 from itertools import pairwise
-from pathlib import Path
 
 import gymnasium
 import numpy as np
@@ -22,7 +21,7 @@ from llf_teacher.studies import Study
 from llf_teacher.studies.execution.play import play
 from llf_teacher.tools.audit import audit
 from llf_teacher.tools.film import film
-from llf_teacher.tools.planned import ROWS, PlannedCase, measure, update
+from llf_teacher.tools.planned import PlannedCase, measure, update
 from llf_teacher.web.plan import read_plan
 from pz_envs.settings import Settings
 from pz_envs.testing import check_seats
@@ -429,8 +428,3 @@ def test_the_table_is_measured_and_written():
     with pytest.raises(ValueError, match="must have the markers"):
         update("nothing", [row])
     assert "unknown environment of the table 'gym:Lake'" in llf("dev", "planned", "--id", "gym:Lake").stderr
-
-
-def test_the_rows_of_the_table_are_in_the_page():
-    page = Path(__file__).parents[2].joinpath("docs", "teach-your-own-environment.md").read_text(encoding="utf-8")
-    assert all(f"`{case.id}" in page for case in ROWS)
