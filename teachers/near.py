@@ -245,10 +245,11 @@ class Near:
         """Read a sentence.
 
         Args:
-            sentence: of at most 1,000 characters; longer ones are not read, nor questions that begin as no phrase does.
+            sentence: of at most 1,000 characters; longer ones are not read, nor questions that begin as no phrase does,
+                nor what ends by taking itself back, as in "... Not!".
             without: a phrase that is left out, for measuring.
         """
-        if len(sentence) > 1000:
+        if len(sentence) > 1000 or _TAKEN_BACK.search(sentence):
             return _UNREAD
         text = self._spelt(self._plain(sentence))
         if sentence.rstrip(" \"')`").endswith("?"):
@@ -457,6 +458,7 @@ def _parts_of(text: str, pairs: float = 0.5) -> dict[str, float]:
 _STATED, _NOTHING = "stated", "nothing"  # labels
 _NOT = frozenset({"not", "no", "never", "nothing", "without", "none"})
 _NEGATION = re.compile(rf"\b(?:{'|'.join(sorted(_NOT))})\b", re.IGNORECASE)
+_TAKEN_BACK = re.compile(rf"[.,;:!]\s*(?:{'|'.join(sorted(_NOT))})\W*$", re.IGNORECASE)  # "Pull arm 3. Not!"
 
 
 def _sensed_parts_of(text: str) -> dict[str, float]:

@@ -55,7 +55,7 @@ _CHAT: dict[str, Callable[..., ChatMessage]] = {
     "user": ChatMessageUser,
     "assistant": ChatMessageAssistant,
 }
-_MODEL = "model"  # the student's name in the rows of the task `suite`
+_MODEL = "llm(model='inspect')"  # the student in the rows of the task `suite`
 _FINISH = {"max_tokens": "length", "model_length": "length"}  # the names of records
 
 
@@ -201,15 +201,18 @@ def suite(
     if not experiments:
         raise ValueError(f"only must have an experiment without earlier lessons, got {', '.join(names)}")
     seeds, turns = seeds_of(key, quick), QUICK_TURNS if quick else TURNS
-    (study,) = studies_of([], experiments, seeds, turns)
-    with run(study, store, 1) as results:
-        rows = [row for row in results.rows() if row["key"] in {each.key for each in study.episodes()}]
+    studies, rows = studies_of([], experiments, seeds, turns), []
+    for study in studies:
+        with run(study, store, 1) as results:
+            keys = {each.key for each in study.episodes()}
+            rows += [row for row in results.rows() if row["key"] in keys]
     samples = [
         Sample(
             input=f"{id}, {teacher}, seed {seed}",
             id=f"{id}:{teacher}:{seed}",
             metadata={"id": id, "teacher": teacher, "seed": seed, "options": dict(study.options.get(id, {}))},
         )
+        for study in studies
         for id in study.ids
         for teacher in study.grid(id).teachers
         for seed in seeds

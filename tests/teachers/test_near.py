@@ -139,7 +139,7 @@ def test_sentences_that_state_nothing_keep_others_from_being_read_as_claims():
 def test_nothing_is_learnt_from_the_files_that_measure():
     for name in FAMILIES:
         nothing = [_bare(text) for text in load_synonyms(name).nothing]
-        assert len(nothing) == len({*nothing}) > len(load_synonyms("none").nothing) > 0
+        assert len(nothing) == len({*nothing}) >= len(load_synonyms("none").nothing) > 0  # more with a table of its own
         assert not {*nothing} & {_bare(each.text) for path in FILES for each in labelled(path) if each.family == name}
 
 
