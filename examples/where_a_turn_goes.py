@@ -17,10 +17,12 @@ from llf_teacher.tools.benchmark.player import student
 IDS = ("llf-highway-parking-v0", "llf-reco-movie-v0", "llf-poem-Haiku-v0", "llf-optimization-Booth-v0")
 PARTS = {"advance": "worlds/", "_hindsight": "teachers/oracles/", "_advice": "teachers/oracles/", "say": "/teacher.py"}
 """Functions of a turn, and where their modules lie."""
+WHOLE = dict.fromkeys(("reset", "step"), "/student_env.py")
+"""What the student calls; a teacher speaks in both."""
 
 
 def shares(id: str, actions: str, steps: int, profiles: int) -> list[int]:
-    """Per part the median share of a step's CPU time, in percent.
+    """Per part the median share of an episode's CPU time, in percent.
 
     Args:
         id: of the environment.
@@ -32,12 +34,13 @@ def shares(id: str, actions: str, steps: int, profiles: int) -> list[int]:
     for _ in range(profiles):
         profile = cProfile.Profile(time.process_time)
         profile.runcall(student, writer.write(steps), id, "a")
-        seconds = dict.fromkeys([*PARTS, "step"], 0.0)
+        seconds = dict.fromkeys([*PARTS, *WHOLE], 0.0)
         for entry in profile.getstats():
             file, name = (c.co_filename, c.co_name) if isinstance(c := entry.code, CodeType) else ("", "")
-            if name in seconds and {**PARTS, "step": "/student_env.py"}[name] in file:
+            if name in seconds and (PARTS | WHOLE)[name] in file:
                 seconds[name] += entry.totaltime
-        found.append([100 * seconds[name] / seconds["step"] for name in PARTS])
+        whole = sum(seconds[name] for name in WHOLE)
+        found.append([100 * seconds[name] / whole for name in PARTS])
     return [round(median(each)) for each in zip(*found, strict=True)]
 
 

@@ -356,8 +356,8 @@ def test_teach_asks_the_planner_that_is_given(own_module, planner, said, unsaid)
 
 
 def test_teach_needs_a_prefix():
-    assert "must be an id of Gymnasium with its prefix, gym:Taxi-v4" in llf("teach", "Taxi-v4").stderr
-    assert "did you mean gym:Taxi-v4?" in llf("play", "Taxi-v4").stderr
+    assert "must be an id of Gymnasium with its prefix, gym:CartPole-v1" in llf("teach", "CartPole-v1").stderr
+    assert "did you mean gym:CartPole-v1?" in llf("play", "CartPole-v1").stderr
 
 
 @pytest.mark.parametrize(

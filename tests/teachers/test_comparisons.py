@@ -41,6 +41,9 @@ def test_of_two_actions_that_is_better_which_is_worth_more(name):
         values = oracle.values(view.moment.after)
         for this, that in itertools.permutations(map(lab.legal, range(len(values))), 2):
             claim = view.better(this, that)
+            if claim is None:  # nothing is at stake any more, so that hindsight is silent
+                assert min(values) == max(values)
+                continue
             better = values[this] - values[that] > 1e-9
             assert claim.holds(view.moment, lab) is better is claim.means(view.moment, oracle), (seed, claim)
             said.add(better)
