@@ -2,7 +2,9 @@
 
 import os
 import tempfile
+import zlib
 
+import numpy as np
 import pytest
 from design import mark_sizes
 from hypothesis import HealthCheck, settings
@@ -15,9 +17,16 @@ _plans = tempfile.TemporaryDirectory(prefix="llf-plans-")  # of this process, an
 os.environ["LLF_CACHE"] = _plans.name
 
 _patient = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # other work may slow a machine
-settings.register_profile("new", _patient)  # pytest --hypothesis-profile=new: other examples each time
+settings.register_profile("new", _patient)  # pytest --hypothesis-profile=new: other examples and draws each time
 settings.register_profile("same", _patient, derandomize=True)
 settings.load_profile("same")
+
+
+@pytest.fixture
+def rng(request):
+    """Draws of a test, of each run the same; with `--hypothesis-profile=new` others each time."""
+    new = request.config.getoption("--hypothesis-profile") == "new"
+    return np.random.default_rng(None if new else zlib.crc32(request.node.name.encode()))
 
 
 @pytest.hookimpl(tryfirst=True)

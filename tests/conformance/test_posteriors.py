@@ -144,9 +144,9 @@ def test_one_check_rejects_what_is_wrong_of_laws(make, liar, check, rejects, man
     assert rejects(kit.CHECKS, make, lambda world: liar(world.scratch())) == [check]
 
 
-def test_parameters_alone_do_not_show_that_data_are_ignored():
+def test_parameters_alone_do_not_show_that_data_are_ignored(rng):
     make = partial(Bandit, problem="TenArmedRandomFixed")
-    ranks = kit.rank(make, lambda world: FromThePrior(world.scratch()), np.random.default_rng(), 400)
+    ranks = kit.rank(make, lambda world: FromThePrior(world.scratch()), rng, 400)
     assert kit.uniformity(ranks["mean of arm 0"]).p > kit.THRESHOLD
     assert kit.uniformity(ranks["greatest mean"]).p > kit.THRESHOLD
 

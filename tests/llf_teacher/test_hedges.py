@@ -2,7 +2,6 @@
 
 import itertools
 
-import numpy as np
 import pytest
 from hedging import hedging
 from shelf import FAMILIES
@@ -63,10 +62,10 @@ def test_a_mistake_about_a_hedge_is_one_about_what_it_hedges():
 
 
 @pytest.mark.parametrize("voice", voice_names())
-def test_readers_read_what_is_hedged_and_when(voice):
+def test_readers_read_what_is_hedged_and_when(voice, rng):
     book = FAMILIES["gridworld"].phrasebook(voice)
     reader = Reader(FAMILIES["gridworld"].phrasebook, voice_names())
-    for draw in np.random.default_rng().random(20).tolist():
+    for draw in rng.random(20).tolist():
         words = book.say([WEST, Late(claim=WEST, turn=2)], 5, Drawn([draw, draw]), "random")
         now, late = reader.read(words)
         assert (now.claim, now.slots, now.about_turn) == (Go, {"action": "west"}, None), words

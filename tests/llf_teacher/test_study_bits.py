@@ -123,8 +123,7 @@ def test_tests_without_a_teacher_are_not_measured():
     assert {(spec.lessons > 0, spec.draws) for spec in taught.episodes()} == {(False, 16), (True, 0)}
 
 
-def test_a_ratio_of_sums_and_its_interval():
-    rng = np.random.default_rng()
+def test_a_ratio_of_sums_and_its_interval(rng):
     wholes = rng.gamma(9, size=40)
     parts = wholes * rng.normal(0.5, 0.1, 40)
     found = ratio_interval(parts, wholes)

@@ -54,9 +54,8 @@ def pupil(name, turns=60, **options):
 
 
 @pytest.mark.parametrize("name", CLUED)
-def test_clues_hold_with_other_options_of_the_world(name):
+def test_clues_hold_with_other_options_of_the_world(name, rng):
     each = FAMILIES[name]
-    rng = np.random.default_rng()
     world = each.make_world(**each.environments[each.showcase[0]])
     for _ in range(fewer(each, 6)):
         options = world.draw_options(rng)
@@ -233,11 +232,11 @@ def test_clues_of_a_household_are_true_of_what_lay_where():
 
 
 @pytest.mark.parametrize("loss", LOSSES)
-def test_proposals_alone_find_every_point_of_least_loss(loss):
+def test_proposals_alone_find_every_point_of_least_loss(loss, rng):
     """Also where the loss is shifted and reflected; others that are good enough are close to one."""
     world = Optimization(loss, shift=True)
     lab = world.scratch()
-    for seed in np.random.default_rng().integers(2**31, size=1).tolist():
+    for seed in rng.integers(2**31, size=1).tolist():
         world.reset(seed=seed)
         known, found = Landscape(lab.loss, world.truth.shift).minimisers(), minima(lab, world.truth)
         side = max(high - low for low, high in zip(lab.lows, lab.highs, strict=True))

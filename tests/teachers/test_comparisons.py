@@ -2,7 +2,6 @@
 
 import itertools
 
-import numpy as np
 import pytest
 from shelf import FAMILIES
 
@@ -33,8 +32,8 @@ def viewed(name, seed):
 
 
 @pytest.mark.parametrize("name", VALUED)
-def test_of_two_actions_that_is_better_which_is_worth_more(name):
-    seed, said = int(np.random.default_rng().integers(2**31)), set()
+def test_of_two_actions_that_is_better_which_is_worth_more(name, rng):
+    seed, said = int(rng.integers(2**31)), set()
     for oracle, lab, view in viewed(name, seed):
         if view.moment.over:
             continue
@@ -54,8 +53,8 @@ def test_of_two_actions_that_is_better_which_is_worth_more(name):
 
 
 @pytest.mark.parametrize("name", ROLLED)
-def test_without_values_that_is_better_after_which_the_task_is_solved_sooner(name):
-    seed, said = int(np.random.default_rng().integers(2**31)), set()
+def test_without_values_that_is_better_after_which_the_task_is_solved_sooner(name, rng):
+    seed, said = int(rng.integers(2**31)), set()
     for oracle, lab, view in itertools.islice(viewed(name, seed), 12):
         moment = view.moment
         if moment.over or moment.before is None or not (plan := view.plan(1)):
@@ -87,8 +86,8 @@ def test_without_values_that_is_better_after_which_the_task_is_solved_sooner(nam
 
 
 @pytest.mark.parametrize("name", VALUED)
-def test_of_two_turns_that_was_better_which_lost_less(name):
-    seed, said = int(np.random.default_rng().integers(2**31)), set()
+def test_of_two_turns_that_was_better_which_lost_less(name, rng):
+    seed, said = int(rng.integers(2**31)), set()
     for oracle, lab, view in viewed(name, seed):
         moments = view._moments
         for ago in range(1, view.turn):

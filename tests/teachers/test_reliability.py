@@ -2,7 +2,6 @@
 
 from collections import Counter
 
-import numpy as np
 import pytest
 from scipy.stats import binom
 
@@ -25,15 +24,13 @@ def stream(rng, factor, episodes=60, alike=False):
 
 
 @pytest.mark.parametrize("alike", [False, True])
-def test_calibrated_streams_are_hardly_ever_found_fault_with(alike):
-    rng = np.random.default_rng()
+def test_calibrated_streams_are_hardly_ever_found_fault_with(alike, rng):
     wrong = sum(stream(rng, 1, alike=alike).verdict != "calibrated" for _ in range(STREAMS))
     assert wrong <= binom.ppf(1 - 1e-6, STREAMS, LEVEL + 0.02), wrong  # of about 60 sums the test is not exact
 
 
 @pytest.mark.parametrize(("factor", "verdict"), [(2, "overconfident"), (0.5, "timid")])
-def test_what_is_bent_is_found(factor, verdict):
-    rng = np.random.default_rng()
+def test_what_is_bent_is_found(factor, verdict, rng):
     found = [stream(rng, factor).verdict for _ in range(50)]
     assert found.count(verdict) >= 48, found
 
@@ -71,9 +68,8 @@ def test_bending_multiplies_log_odds_and_leaves_a_hedge():
     assert bend(hedge(late, 0.8), 2) == hedge(late, 0.94)
 
 
-def test_intervals_take_an_episode_for_one_cluster():
+def test_intervals_take_an_episode_for_one_cluster(rng):
     """Where all claims of an episode hold or none does, an interval of as many independent ones would be too short."""
-    rng = np.random.default_rng()
     covered, alone = 0, 0
     for _ in range(200):
         found = Reliability()
