@@ -108,17 +108,24 @@ def minima(lab: Optimization, truth: Truth) -> tuple[Point, ...]:
     if truth.shift not in known:
         if len(known) >= _KEPT:
             known.clear()
-        ends = (_descend(lab, truth, point) for point in grid(lab))
-        known[truth.shift] = tuple(dict.fromkeys(end for end in ends if succeeds(lab, truth, end)))
+        ends = {end: proposed(lab, truth, end) for end in (_lowest_near(lab, truth, point) for point in grid(lab))}
+        least = min(ends.values())
+        known[truth.shift] = tuple(end for end, loss in ends.items() if loss - least <= _EQUAL)
     return known[truth.shift]
 
 
-def _descend(lab: Optimization, truth: Truth, start: Point) -> Point:
-    """The point of a local minimum of the loss, from a triangle as large as a cell of the grid."""
+def _lowest_near(lab: Optimization, truth: Truth, start: Point) -> Point:
+    """The end of the way downwards, from the border of the domain once more: there a triangle becomes a line."""
+    end = _descend(lab, truth, start, 1 / (_SIDE - 1))
+    return _descend(lab, truth, end, 1e-3) if {*end} & {*lab.lows, *lab.highs} else end
+
+
+def _descend(lab: Optimization, truth: Truth, start: Point, size: float) -> Point:
+    """The point of a local minimum of the loss, from a triangle with this share of the sides of the domain."""
     from scipy.optimize import minimize  # slow to import
 
     spans = zip(start, lab.lows, lab.highs, strict=True)
-    one, two = (x + (high - low) / (_SIDE - 1) * (1 if 2 * x < low + high else -1) for x, low, high in spans)
+    one, two = (x + (high - low) * size * (1 if 2 * x < low + high else -1) for x, low, high in spans)
     found = minimize(
         lambda x: proposed(lab, truth, (float(x[0]), float(x[1]))),
         start,
@@ -130,6 +137,7 @@ def _descend(lab: Optimization, truth: Truth, start: Point) -> Point:
 
 
 _KEPT = 16
+_EQUAL = 1e-7  # of two losses that are the least: what `_descend` may leave
 _SLACK = 1e-4  # of a side of the domain: where `minima` may be
 _SIDE = 9
 FARTHER = 1000
