@@ -77,7 +77,8 @@ def test_without_values_that_is_better_after_which_the_task_is_solved_sooner(nam
         assert reverse.holds(moment, lab) is (left[0] > left[1]) is reverse.means(moment, oracle)
         good, bad = claim._ground
         assert not Better.on((good, good), this=plan[0], that=moment.action).holds(moment, lab)  # no way of the other
-        assert not Better.on((good[1:], bad), this=plan[0], that=moment.action).holds(moment, lab)
+        if good[1:2] != good[:1]:  # a ground that begins with another action
+            assert not Better.on((good[1:], bad), this=plan[0], that=moment.action).holds(moment, lab)
         if not sooner and good:  # a ground that lies of the other way is found by the fields
             liar = Better.on((good, ()), this=plan[0], that=moment.action)
             assert liar.holds(moment, lab)
