@@ -340,14 +340,10 @@ class BanditOracle(Oracle[Truth, Bandit]):
     max_importance = 200.0
 
     def start(self, truth: Truth) -> None:
-        """Sort the arms into best and poor ones, and make the claims about each."""
+        """Sort the arms into best and poor ones."""
         self._best = truth.best
         self._poor = tuple(arm for arm in range(len(truth.means)) if arm not in self._best)
-        self._pulled = tuple(
-            PulledBest(action=arm) if arm in self._best else PulledPoor(action=arm) for arm in range(len(truth.means))
-        )
         self._pull = Pull(action=self._best[0])
-        self._avoid = tuple(Avoid(action=arm) for arm in self._poor)
 
     def _basics(self, truth: Truth) -> tuple[Claim, ...]:
         arms = len(truth.means)
@@ -363,15 +359,15 @@ class BanditOracle(Oracle[Truth, Bandit]):
         return (Solution(action=self._best[0]),)
 
     def _hindsight(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
-        verdict = self._pulled[moment.action]
+        verdict = (PulledBest if moment.action in self._best else PulledPoor)(action=moment.action)
         if verdict.kind in kinds:
             claims.append(verdict)
 
     def _advice(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
         if FP in kinds:
             claims.append(self._pull)
-        if FN in kinds and self._avoid:
-            claims.append(self._avoid[moment.turn % len(self._avoid)])
+        if FN in kinds and self._poor:
+            claims.append(Avoid(action=self._poor[moment.turn % len(self._poor)]))
 
     def clues(self, truth: Truth) -> tuple[Claim, ...]:
         """The better half of the arms, what no arm exceeds, and the best three arms; in between, rules of a town."""

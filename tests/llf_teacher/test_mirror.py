@@ -19,7 +19,7 @@ from llf_teacher.suite.mirror.quality import ORDER, TaughtEpisode, TaughtWorld
 from llf_teacher.suite.places import ARMS
 from teachers.personality import parse_personality
 
-DIGEST = "7358a604cecd06d3"
+DIGEST = "cd0dd8af10fd9dd3"
 
 
 def test_the_digest_is_that_of_the_version():
