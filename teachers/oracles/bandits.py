@@ -12,6 +12,7 @@ from teachers.oracle import Oracle
 from teachers.rules import TownRule
 from teachers.spec import Range
 from teachers.words import listed
+from worlds.actions import is_element
 from worlds.bandits import FEATURES, Bandit, Law, Truth
 
 Look = Annotated[str, tuple(word for words in FEATURES for word in words)]
@@ -26,7 +27,7 @@ class Goal(Claim[Truth, Bandit]):
 
     def holds(self, moment: Moment[Truth], lab: Bandit) -> bool:
         """Count the actions that the world accepts."""
-        return self.arms == sum(map(lab.action_space.contains, range(self.arms + 1)))
+        return self.arms == sum(is_element(lab.action_space, arm) for arm in range(self.arms + 1))
 
 
 @claim
@@ -55,7 +56,7 @@ class Answer(Claim[Truth, Bandit]):
 
     def holds(self, moment: Moment[Truth], lab: Bandit) -> bool:
         """Offer the world this number and the next."""
-        return lab.action_space.contains(self.last) and not lab.action_space.contains(self.last + 1)
+        return is_element(lab.action_space, self.last) and not is_element(lab.action_space, self.last + 1)
 
 
 @claim
