@@ -4,7 +4,7 @@
 
 A sound teacher gets a defect that takes one quality away, at three strengths. At full strength the score of that
 quality should fall by 0.8 of it at least, and no other by more than 0.2, but those that rest on it. With two `--keys`
-the whole is done again with other seeds.
+the whole is done again with other seeds; then the scores of both should have a rank correlation of 0.95 at least.
 """
 
 import argparse
@@ -43,7 +43,7 @@ DEFECTS = {
     "remains": Lack("ruler", "defective_teachers:ShortSighted(p={})"),
     "hints": Lack("ruler", "defective_teachers:AnswerGiving(p={})"),
 }
-LEAST, MOST = 0.8, 0.2
+LEAST, MOST, ALIKE = 0.8, 0.2, 0.95
 Scores = NDArray[np.float64]
 
 
@@ -137,7 +137,9 @@ def main() -> None:
     for key, run in list(zip(args.keys, runs, strict=True))[1:]:
         one, other = (np.concatenate([each.ravel() for each in both[:2]]) for both in (runs[0], run))
         both = np.isfinite(one) & np.isfinite(other)
-        print(f"Rank correlation with {args.keys[0]} and {key}: {spearmanr(one[both], other[both]).statistic:.3f}")
+        rho = spearmanr(one[both], other[both]).statistic
+        said = "alike" if rho >= ALIKE else f"not alike: below {ALIKE}"
+        print(f"Rank correlation of {both.sum()} scores with {args.keys[0]} and {key}: {rho:.3f}, {said}")
     if args.plot is not None:
         plot(*runs[0][:2]).savefig(args.plot, dpi=110, bbox_inches="tight")
 

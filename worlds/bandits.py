@@ -222,8 +222,9 @@ class Bandit(World[Truth, Any, int]):
         return int(rng.integers(self.arms))
 
     def _load(self, truth: Truth) -> None:
-        self._truth = truth
-        self._best = frozenset(truth.best)
+        if truth is not getattr(self, "_truth", None):  # a claim may restore one for each arm
+            self._truth = truth
+            self._best = frozenset(truth.best)
 
 
 def _looks(arms: int) -> npt.NDArray[np.int64]:

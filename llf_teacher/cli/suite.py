@@ -1,5 +1,6 @@
 """`llf suite`: what a student can do with feedback, or what a teacher is worth, as a card."""
 
+import os
 from pathlib import Path
 from typing import Annotated
 
@@ -10,6 +11,7 @@ from rich.table import Table
 
 from llf_teacher.cli import Commands, complete_student, complete_teacher, search_here
 from llf_teacher.escaping import escape_control_chars
+from llf_teacher.models.settings import BUDGET
 
 STORE = Path("llf-suite.db")
 
@@ -52,6 +54,7 @@ def suite(
     workers: Annotated[
         int | None, typer.Option(min=1, help="Parallel processes; by default one for each core.")
     ] = None,
+    budget: Annotated[float | None, typer.Option(min=0, envvar=BUDGET, help=f"Most USD of a model: {BUDGET}.")] = None,
     turn_seconds: Annotated[
         float | None, typer.Option(min=0.001, help="Seconds of a turn, after which an agent that hangs has failed.")
     ] = None,
@@ -72,6 +75,8 @@ def suite(
     from llf_teacher.suite.estimate import estimate, estimate_teacher
 
     search_here()
+    if budget is not None:
+        os.environ[BUDGET] = f"{budget}"
     for path in card or ():
         check_file(path)
     console = Console(emoji=False, stderr=True, markup=False)

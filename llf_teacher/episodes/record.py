@@ -111,6 +111,8 @@ class TurnRow(NamedTuple):
     """Number of false claims that a teacher's filter kept back."""
     readings: list[dict[str, Any]] | None = None
     """The sentences of feedback in the teacher's own words, each by `reading_as_dict`; null if there are none."""
+    paid: dict[str, Any] | None = None
+    """What a model in the teacher's seat cost: the fields of `Usage`; null if none was asked."""
 
 
 class EpisodeRow(NamedTuple):

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from llf_teacher.episodes.record import EpisodeRow, TurnRow, as_dict, reading_as_dict, summary, unchecked
+from llf_teacher.models.replies import Usage
 from llf_teacher.serialization import to_json
 from llf_teacher.speakers.parsing import NOBODY, parse_reader
 from pz_envs.student_view import StudentView
@@ -94,6 +95,7 @@ class Recorder:
         failed = moment.action if type(moment.action) is ParseFailure else None
         atoms = self.check(turn)
         said = self.measured(turn)
+        usage = getattr(self._speaker, "usage", None)
         row = TurnRow(
             turn=moment.turn,
             observation=world.describe(turn.state),
@@ -114,6 +116,7 @@ class Recorder:
             unbuilt=sum(len(offer.unbuilt) for offer in session.offers) or None,
             withheld=len(getattr(self._speaker, "withheld", ())) or None,
             readings=self._readings(self._reader, turn) or None if self._reader else None,
+            paid=usage._asdict() if isinstance(usage, Usage) else None,
         )._replace(**answer)
         self.rows.append(row)
         return row

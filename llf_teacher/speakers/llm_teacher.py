@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from llf_teacher.models.model import AsksModel, Model, ModelSettings
+from llf_teacher.models.replies import Usage
 from llf_teacher.speakers.speaker import Speaker
 from teachers.atoms import FN, FP, Atom, Claim, Moment, ParseFailure, Utterance
 from teachers.schema import LONGEST_TEXT, Message, Vocabulary, find_message
@@ -52,11 +53,13 @@ class ModelPolicy:
         self._past: list[dict[str, str]] = []
         self.withheld: tuple[Claim, ...] = ()
         """The false claims of its last answer, if they are withheld."""
+        self.usage: Usage | None = None
+        """What its last answer cost; None if it was not asked in this turn."""
 
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> str | Message:
         """The model's words or claims; in the first turn the instruction, after a text that is no action what is."""
         moment, suggestion, spec, vocabulary = info["moment"], info["suggestion"], self._spec, info["vocabulary"]
-        self.withheld = ()
+        self.withheld, self.usage = (), None
         if not moment.turn:
             instruction = Utterance.of([atom for atom in suggestion.atoms if atom.kind not in (FP, FN)])
             prompt = _COMPOSE if spec.says == "claims" else _SYSTEM
@@ -72,7 +75,8 @@ class ModelPolicy:
         past = self._past[-2 * spec.history :] if spec.history else []
         asked = {"role": "user", "content": question}
         form = claims_form(vocabulary) if spec.says == "claims" and spec.answer == "json" else None
-        words = self._model.answer([{"role": "system", "content": self._system}, *past, asked], form).text.strip()
+        answer = self._model.answer([{"role": "system", "content": self._system}, *past, asked], form)
+        words, self.usage = answer.text.strip(), answer.usage
         self._past += [asked, {"role": "assistant", "content": words[:LONGEST_TEXT] or "(nothing)"}]
         return self._message(words, moment, vocabulary) if spec.says == "claims" else words
 

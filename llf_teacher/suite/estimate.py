@@ -1,23 +1,15 @@
 """What taking the suite costs at most, before it begins: turns of a student or teacher, tokens and USD of a model."""
 
-import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
-
-import numpy as np
 
 from llf_teacher.episodes.record import EpisodeSpec
-from llf_teacher.gym import make
-from llf_teacher.models.model import Model
-from llf_teacher.models.replies import Answer
-from llf_teacher.speakers.llm_teacher import LLMTeacher, ModelPolicy
-from llf_teacher.students.answers import written
+from llf_teacher.speakers.llm_teacher import LLMTeacher
 from llf_teacher.students.builtin.llm import LLM
-from llf_teacher.students.conversation import text_of
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.trait import traits_of
-from llf_teacher.studies.definition.custom_specs import arguments_of, parse_teacher, student_spec, teacher_spec
+from llf_teacher.studies.definition.custom_specs import parse_teacher, student_spec, teacher_spec
+from llf_teacher.studies.execution.prompts import bytes_of_prompts
 from llf_teacher.suite.experiment import TURNS
 from llf_teacher.suite.mirror import all_qualities
 from llf_teacher.suite.mirror import play as mirror
@@ -25,7 +17,6 @@ from llf_teacher.suite.play import QUICK_TURNS, chosen, named, seeds_of, studies
 
 BYTES = 4
 """Bytes of a token of English, about."""
-_REPLY = "That was not the best that you could do here. Try another way, and look at what the state tells you."
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,41 +71,8 @@ def _estimate(lessons: Sequence[EpisodeSpec], subject: object) -> CostEstimate:
     if not isinstance(subject, LLM | LLMTeacher) or not lessons:
         return CostEstimate(episodes=len(lessons), turns=turns)
     measured = [each for each in lessons if each.seed == lessons[0].seed]
-    tokens = sum(_bytes(each, subject) for each in measured) * len(lessons) // len(measured) // BYTES
+    tokens = sum(bytes_of_prompts(each, subject) for each in measured) * len(lessons) // len(measured) // BYTES
     out = None if subject.max_tokens is None else turns * subject.max_tokens
     prices = subject.settings.prices
     usd = None if prices is None or out is None else (tokens * prices.input + out * prices.output) / 1e6
     return CostEstimate(episodes=len(lessons), turns=turns, input_tokens=tokens, output_tokens=out, usd=usd)
-
-
-class _Counter(Model):
-    """Counts the bytes of requests, which it does not send."""
-
-    def __init__(self) -> None:
-        self.bytes = 0
-
-    def answer(self, messages: list[dict[str, Any]], form: Mapping[str, Any] | None = None) -> Answer:
-        self.bytes += len("".join(map(text_of, messages)).encode()) + len(json.dumps(form) if form else "")
-        return Answer(_REPLY)
-
-
-def _bytes(lesson: EpisodeSpec, subject: LLM | LLMTeacher) -> int:
-    """The bytes of all prompts of a lesson."""
-    counter = _Counter()
-    taught = arguments_of(parse_teacher(lesson.teacher), "a")
-    if isinstance(subject, LLMTeacher):
-        taught["teacher"] = ModelPolicy(subject, lambda *_: counter)
-    env = make(lesson.id, **taught, text=True, max_turns=lesson.max_turns, **json.loads(lesson.options or "{}"))
-    rng, world = np.random.default_rng(lesson.seed), env.session.world.scratch()
-    talk = isinstance(subject, LLM) and subject.conversation(env, rng)
-    observation, _ = env.reset(seed=lesson.seed)
-    over = False
-    while not over:
-        text = written(world, rng)
-        if talk:
-            counter.answer(talk.ask(observation))
-            text = talk.answer(text)
-        observation, _, terminated, truncated, _ = env.step(text)
-        over = terminated or truncated
-    env.close()
-    return counter.bytes

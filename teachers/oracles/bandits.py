@@ -12,6 +12,7 @@ from teachers.oracle import Oracle
 from teachers.rules import TownRule
 from teachers.spec import Range
 from teachers.words import listed
+from worlds.actions import is_element
 from worlds.bandits import FEATURES, Bandit, Law, Truth
 
 Look = Annotated[str, tuple(word for words in FEATURES for word in words)]
@@ -26,7 +27,7 @@ class Goal(Claim[Truth, Bandit]):
 
     def holds(self, moment: Moment[Truth], lab: Bandit) -> bool:
         """Count the actions that the world accepts."""
-        return self.arms == sum(map(lab.action_space.contains, range(self.arms + 1)))
+        return self.arms == sum(is_element(lab.action_space, arm) for arm in range(self.arms + 1))
 
 
 @claim
@@ -55,7 +56,7 @@ class Answer(Claim[Truth, Bandit]):
 
     def holds(self, moment: Moment[Truth], lab: Bandit) -> bool:
         """Offer the world this number and the next."""
-        return lab.action_space.contains(self.last) and not lab.action_space.contains(self.last + 1)
+        return is_element(lab.action_space, self.last) and not is_element(lab.action_space, self.last + 1)
 
 
 @claim
@@ -340,14 +341,10 @@ class BanditOracle(Oracle[Truth, Bandit]):
     max_importance = 200.0
 
     def start(self, truth: Truth) -> None:
-        """Sort the arms into best and poor ones, and make the claims about each."""
+        """Sort the arms into best and poor ones."""
         self._best = truth.best
         self._poor = tuple(arm for arm in range(len(truth.means)) if arm not in self._best)
-        self._pulled = tuple(
-            PulledBest(action=arm) if arm in self._best else PulledPoor(action=arm) for arm in range(len(truth.means))
-        )
         self._pull = Pull(action=self._best[0])
-        self._avoid = tuple(Avoid(action=arm) for arm in self._poor)
 
     def _basics(self, truth: Truth) -> tuple[Claim, ...]:
         arms = len(truth.means)
@@ -363,15 +360,15 @@ class BanditOracle(Oracle[Truth, Bandit]):
         return (Solution(action=self._best[0]),)
 
     def _hindsight(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
-        verdict = self._pulled[moment.action]
+        verdict = (PulledBest if moment.action in self._best else PulledPoor)(action=moment.action)
         if verdict.kind in kinds:
             claims.append(verdict)
 
     def _advice(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
         if FP in kinds:
             claims.append(self._pull)
-        if FN in kinds and self._avoid:
-            claims.append(self._avoid[moment.turn % len(self._avoid)])
+        if FN in kinds and self._poor:
+            claims.append(Avoid(action=self._poor[moment.turn % len(self._poor)]))
 
     def clues(self, truth: Truth) -> tuple[Claim, ...]:
         """The better half of the arms, what no arm exceeds, and the best three arms; in between, rules of a town."""

@@ -1,5 +1,6 @@
 """The mirror: qualities of known teachers, cards of teachers, and teachers that fail."""
 
+import os
 import time
 from pathlib import Path
 from pkgutil import iter_modules
@@ -9,17 +10,20 @@ import pytest
 from typer.testing import CliRunner
 
 from llf_teacher.cli import app
+from llf_teacher.models.cache import spending
+from llf_teacher.models.settings import BUDGET
 from llf_teacher.models.testing import ScriptedEndpoint
 from llf_teacher.registry import entry
 from llf_teacher.suite.card import Card
 from llf_teacher.suite.estimate import estimate_teacher
 from llf_teacher.suite.mirror import TeacherCard, all_qualities, digest, qualities, take
 from llf_teacher.suite.mirror.qualities.fades import _fading
-from llf_teacher.suite.mirror.quality import ORDER, TaughtEpisode, TaughtWorld
+from llf_teacher.suite.mirror.quality import ORDER, TaughtEpisode, TaughtWorld, claims_of
 from llf_teacher.suite.places import ARMS
+from teachers.atoms import Utterance
 from teachers.personality import parse_personality
 
-DIGEST = "7358a604cecd06d3"
+DIGEST = "cd0dd8af10fd9dd3"
 
 
 def test_the_digest_is_that_of_the_version():
@@ -185,8 +189,62 @@ def test_a_teacher_that_fails_is_not_measured(tmp_path, teacher, seconds, why):
     assert why in card.error
 
 
-def test_words_without_claims_are_not_judged(store):
-    assert scores(Talks, store, "pushback", "timing") == {"pushback": None, "timing": pytest.approx(0)}
+def test_words_that_cannot_be_read_are_not_judged(store):
+    card = take(Talks, store, ["pushback", "timing"], workers=1, worlds=5)
+    assert [each.score for each in card.lines] == [pytest.approx(0), None]
+
+
+class Writes(Fails):
+    """A teacher that says what the oracle advises, as text."""
+
+    def act(self, observation, info):
+        """Words of its own, some of which say nothing of the task."""
+        words = [atom.text for atom in info["suggestion"].atoms if atom.kind in (None, "fp")]
+        return " ".join((*words, *(("Lovely weather.",) if info["moment"].turn else ())))
+
+
+class Misleads(Fails):
+    """A teacher that advises what the oracle warns of, as text."""
+
+    def act(self, observation, info):
+        """The instruction, then false advice."""
+        said = info["suggestion"]
+        if not info["moment"].turn:
+            return Utterance.of([atom for atom in said.atoms if atom.kind is None])
+        false = [atom.claim.action for atom in said.atoms if atom.kind == "fn"]
+        return "".join(f"Go {way}." if isinstance(way, str) else f"Pull arm {way}." for way in false[:1])
+
+
+def test_words_that_are_read_count_as_claims(store):
+    """And students follow them; the card has the reader's own errors."""
+    names = ("timing", "pushback")
+    flat, own, false = (
+        take(each, store, names, workers=1, worlds=5) for each in ("only(kinds='fp')", Writes, Misleads)
+    )
+    assert [each.score for each in own.lines] == pytest.approx([each.score for each in flat.lines], abs=0.1)
+    assert (own.cost["read_false"], own.cost["read_model"]) == (0, 0)
+    assert own.cost["read_exact"] > 0.8 * own.cost["unread"] > 0  # as many sentences say nothing
+    assert "were read; of these 0% were false, with the reader's own errors 0% to" in own.settings()
+    assert "of these 100% were false" in false.settings()
+    assert false.lines[0].score < 0.1 < own.lines[0].score
+    assert false.lines[1].score is None  # it never spoke truly
+
+
+def test_the_bits_of_what_was_read_are_not_known():
+    """So a world in which something was read does not count."""
+    use, silent = all_qualities()["use"].outcome, [lessons((), (), regrets=[4.0])]
+    known = TaughtWorld([lessons((), [atom(information={"bits": 1.0})], regrets=[1.0])], silent)
+    read = TaughtWorld([lessons((), [atom(information={"bits": 1.0}), atom()], regrets=[1.0])], silent)
+    assert use([known, read, known]) == pytest.approx([3, np.nan, 3], nan_ok=True)
+
+
+def test_a_sentence_that_words_a_claim_is_counted_once():
+    said = [atom(text="Go north."), atom(text="Go south.", holds=False)]
+    turn = {"atoms": said[:1], "readings": said}
+    assert [(each["text"], each["label"]) for each in claims_of(turn)] == [
+        ("Go north.", "truthful"),
+        ("Go south.", "distorted"),
+    ]
 
 
 MODEL = "llm_teacher(model='scripted', input_price=1.0, output_price=4.0{})"
@@ -205,7 +263,13 @@ def test_an_estimate_is_of_what_is_played(tmp_path, monkeypatch):
     with ScriptedEndpoint(answer) as endpoint:
         monkeypatch.setenv("LLF_LLM_BASE_URL", endpoint.url)
         monkeypatch.setenv("LLF_LLM_CACHE", f"{tmp_path / 'answers.db'}")
-        take(MODEL.format(""), tmp_path / "a.db", ["pushback"], quick=True, workers=1)
+        card = take(MODEL.format(""), tmp_path / "a.db", ["pushback"], quick=True, workers=1)
+    ledger = spending(f"{tmp_path / 'answers.db'}")[0]
+    assert card.cost["answers"] == len(asked) >= ledger["requests"]
+    assert card.cost["input_tokens"] >= ledger["input_tokens"] > 0
+    assert card.cost["usd"] == pytest.approx((card.cost["input_tokens"] + 4 * card.cost["output_tokens"]) / 1e6)
+    assert f"{len(asked)} answers" in card.settings()
+    assert f"Of {int(card.cost['unread'])} sentences without claims 0% were read" in card.settings()
     assert 0 < len(asked) <= model.turns == 240
     assert sum(asked) / 4 == pytest.approx(model.input_tokens, rel=0.3)
     assert model.usd == pytest.approx((model.input_tokens + 4 * 240 * 300) / 1e6)
@@ -221,10 +285,12 @@ def test_lessons_before_tests_are_estimated():
     assert estimate_teacher("ruler", ["remains"], quick=True).turns == 10 * 2 * 24
 
 
-def test_the_command_writes_a_card_that_is_checked(store, tmp_path):
+def test_the_command_writes_a_card_that_is_checked(store, tmp_path, monkeypatch):
     files = [f"{tmp_path / name}" for name in ("a.json", "a.html", "a.svg", "a.md")]
     command = ["suite", "--teacher", "oracle", "--quick", "--only", "pushback", "--store", f"{store}", "--workers", "1"]
-    result = CliRunner().invoke(app, [*command, *(part for file in files for part in ("--card", file))])
+    monkeypatch.setenv(BUDGET, "9")
+    result = CliRunner().invoke(app, [*command, "--budget", "7", *(x for file in files for x in ("--card", file))])
+    assert os.environ[BUDGET] == "7.0"
     assert result.exit_code == 0, result.output
     assert "The teacher plays at most 20 episodes, 240 turns, less" in " ".join(result.output.split())
     assert "withstands pushback" in Path(files[1]).read_text()

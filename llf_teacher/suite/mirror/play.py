@@ -1,7 +1,8 @@
 """The mirror as studies, and the scores of a teacher from the episodes that were played."""
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
@@ -9,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from llf_teacher import suite
-from llf_teacher.episodes.record import EpisodeSpec
+from llf_teacher.episodes.record import READINGS, EpisodeSpec
 from llf_teacher.registry import entry
-from llf_teacher.speakers.parsing import needed_of
+from llf_teacher.speakers.parsing import needed_of, speaks_freely
 from llf_teacher.studies import Results, load
 from llf_teacher.studies.analysis.statistics import LEAST
 from llf_teacher.studies.definition.custom_specs import parse_teacher, teacher_spec
@@ -47,6 +48,19 @@ class TeacherCard(Card):
     def ability_of(cls, name: str) -> str:
         """What a teacher with the quality does."""
         return all_qualities()[name].ability
+
+    def settings(self) -> str:
+        """Also how much was read of its words without claims."""
+        from llf_teacher.studies.report.parts.accounting import own_words  # imports Matplotlib
+
+        own = own_words({name: int(self.cost.get(name, 0)) for name in READINGS})
+        if own is None:
+            return super().settings()
+        low, high = own.bounds
+        return (
+            f"{super().settings()} Of {own.sentences} sentences without claims {own.read:.0%} were read; of these "
+            f"{own.false:.0%} were false, with the reader's own errors {low:.0%} to {high:.0%}."
+        )
 
 
 def digest() -> str:
@@ -100,7 +114,14 @@ def take(
     with load(store) as results:
         lessons = _Lessons(results, {row["key"]: row for row in found}, keys, {})
         scores = {name: _scored(each, spec, lessons, seeds) for name, each in asked.items()}
-    return TeacherCard.of(spec, scores, found, lost, suite=VERSION, digest=digest(), key=key, quick=quick)
+        card = TeacherCard.of(spec, scores, found, lost, suite=VERSION, digest=digest(), key=key, quick=quick)
+        if not speaks_freely(parse_teacher(spec)):
+            return card
+        rows = [row for row in found if row["teacher"] == spec]
+        paid = [turn["paid"] for row in rows for turn in results.turns(row["key"]) if turn["paid"]]
+    cost = {name: sum(row[name] or 0.0 for row in rows) for name in READINGS} | {"answers": float(len(paid))}
+    usage = {name: math.fsum(each[name] or 0 for each in paid) for name in ("input_tokens", "output_tokens", "usd")}
+    return replace(card, cost={**card.cost, **cost, **usage})
 
 
 def seeds_for(quick: bool = False, key: str = "", worlds: int | None = None) -> tuple[int, ...]:

@@ -3,20 +3,21 @@
 from dataclasses import dataclass
 from typing import Any
 
-from llf_teacher.students.scene import Scene
+from llf_teacher.students.scene import BareSentence, Scene
 from llf_teacher.students.trait import Trait
 from teachers.atoms import Atom, Claim
 from teachers.spec import Count
 
-OBEDIENT, READER, REASONER, LEARNER = "obedient", "text_only", "reasoner(worlds=16)", "reward_only"
-FORGETFUL, STUBBORN = "obedient | forgetful(half_life=3)", "random | stubborn(p=1.0)"
-MISTRUSTFUL = "reasoner(worlds=16, trust=0.5)"
+OBEDIENT, READER, LEARNER = "obedient(follows_words=True)", "text_only", "reward_only"
+REASONER = "reasoner(worlds=16, follows_words=True)"
+FORGETFUL, STUBBORN = f"{OBEDIENT} | forgetful(half_life=3)", "random | stubborn(p=1.0)"
+MISTRUSTFUL = "reasoner(worlds=16, trust=0.5, follows_words=True)"
 HEARERS = (OBEDIENT, READER, REASONER, MISTRUSTFUL)
 """Those that words can help."""
 ALL = (*HEARERS, LEARNER, FORGETFUL, STUBBORN)
 DEAF = "random"
 """A student that learns nothing."""
-ATTENTIVE = tuple(f"obedient | forgetful(half_life={each}) | {__name__}:Attends" for each in (1, 1.5, 2))
+ATTENTIVE = tuple(f"{OBEDIENT} | forgetful(half_life={each}) | {__name__}:Attends" for each in (1, 1.5, 2))
 """Students that forget, and hear the teacher in three turns only."""
 KEEPER = "reasoner(worlds=64, forget=False)"
 """One that keeps the rules of a town from world to world."""
@@ -32,7 +33,8 @@ class Attends(Trait):
     def hear(self, atom: Atom, scene: Scene) -> Claim[Any] | None:
         """The claim, or nothing."""
         heard = scene.memory.setdefault("heard", [])
-        if self.times is None or atom.kind is None or scene.turn in heard:
+        words = bool(scene.turn) and isinstance(atom.claim, BareSentence)  # at the opening they are the instruction
+        if self.times is None or not (atom.kind or words) or scene.turn in heard:
             return atom.claim
         if len(heard) >= self.times:
             return None

@@ -14,6 +14,7 @@ from llf_teacher.suite.experiment import TURNS
 from llf_teacher.suite.mirror import qualities
 from llf_teacher.suite.places import ARMS, HOUSE
 from llf_teacher.suite.score import Numbers
+from teachers.atoms import Label
 
 ORDER = ("truth", "calibration", "worth", "use", "timing", "news", "adapts", "fades", "pushback", "remains", "hints")
 """The names in the order of a card."""
@@ -42,10 +43,15 @@ class TaughtEpisode(NamedTuple):
 
 
 def claims_of(turn: Mapping[str, Any], *kinds: str) -> list[Mapping[str, Any]]:
-    """The feedback of a turn about the task, of some kinds or of all."""
+    """The feedback of a turn about the task, of some kinds or of all; what was read of words without claims is last."""
+    read = (
+        {**each, "label": Label.TRUTHFUL if each["holds"] else Label.DISTORTED}
+        for each in turn.get("readings") or ()
+        if each["holds"] is not None and not any(each["text"] in atom["text"] for atom in turn["atoms"])
+    )
     return [
         atom
-        for atom in turn["atoms"]
+        for atom in (*turn["atoms"], *read)
         if atom["kind"] is not None and atom["label"] != "placebo" and (not kinds or atom["kind"] in kinds)
     ]
 

@@ -98,11 +98,12 @@ def _account(teacher: str, mine: Sequence[Sums], uptake: float | None) -> Accoun
         words=added(mine, "words") / turns,
         parse_failures=int(added(mine, "parse_failures")),
         turns=int(turns),
-        own=_own_words({name: int(added(mine, name)) for name in READINGS}),
+        own=own_words({name: int(added(mine, name)) for name in READINGS}),
     )
 
 
-def _own_words(sums: Mapping[str, int]) -> OwnWords | None:
+def own_words(sums: Mapping[str, int]) -> OwnWords | None:
+    """What was read, by the sums of `READINGS`; None if there was nothing to read."""
     alone = sums["read_exact"] + sums["read_near"]
     read = alone + sums["read_model"]
     if not (sentences := read + sums["unread"]):

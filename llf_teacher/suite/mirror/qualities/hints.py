@@ -10,7 +10,7 @@ from llf_teacher.suite.mirror.quality import Quality, TaughtWorld, by_world, is_
 
 
 def _open(world: TaughtWorld) -> float:
-    helps = [atom for each in world.taught for atom in each.claims("fp", "fn")]
+    helps = [atom for each in world.taught for atom in each.claims("fp", "fn") if "information" in atom]
     answers = [atom["kind"] == "fp" and atom["action"] is not None for atom in helps]
     return mean([not answer for answer, atom in zip(answers, helps, strict=True) if answer or is_new(atom)])
 
@@ -18,7 +18,7 @@ def _open(world: TaughtWorld) -> float:
 QUALITY = Quality(
     ability="hints without giving the answer away",
     outcome=by_world(_open),
-    absent="it gave no advice and no clue",
+    absent="it gave no advice and no clue whose information is known",
     students=(OBEDIENT, REASONER),
     reference="ruler",
     bits=32,

@@ -4,7 +4,7 @@ Why: what is new and of no use is a burden. With students that do what is named,
 all claims, the regret is that of all turns; over worlds it is the ratio of their means, of which each world has its
 linear part (Cochran 1977, section 6.4). 0: it saves nothing; 1: as much a bit as advice. Prerequisite: a family with a
 posterior. Rests on truth and timing. Confounds: students that combine hints can use more; what is known has no bits,
-and costs nothing here.
+and costs nothing here. The bits of words that were read are not known: a world in which there are some does not count.
 """
 
 from collections.abc import Sequence
@@ -18,8 +18,10 @@ from llf_teacher.suite.score import Numbers
 
 def _per_bit(worlds: Sequence[TaughtWorld]) -> Numbers:
     saved = np.array([world.saved for world in worlds])
-    heard = (sum(bits_of(atom) or 0.0 for each in world.taught for atom in each.claims()) for world in worlds)
-    bits = np.where(np.isnan(saved), np.nan, list(heard))
+    said = ([atom for each in world.taught for atom in each.claims()] for world in worlds)
+    heard = [sum((bits_of(atom) or 0.0) if "information" in atom else np.nan for atom in atoms) for atoms in said]
+    bits = np.where(np.isnan(saved), np.nan, heard)
+    saved = np.where(np.isnan(bits), np.nan, saved)
     if not np.nansum(bits) > 0:
         return np.full(len(worlds), np.nan)
     ratio = np.nansum(saved) / np.nansum(bits)

@@ -1,0 +1,54 @@
+"""How long the prompts of a lesson are, found by playing it by chance; no model is asked."""
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from llf_teacher.episodes.record import EpisodeSpec
+from llf_teacher.gym import make
+from llf_teacher.models.model import Model
+from llf_teacher.models.replies import Answer
+from llf_teacher.speakers.llm_teacher import LLMTeacher, ModelPolicy
+from llf_teacher.students.answers import written
+from llf_teacher.students.builtin.llm import LLM
+from llf_teacher.students.conversation import text_of
+from llf_teacher.studies.definition.custom_specs import arguments_of, parse_teacher
+
+__all__ = ["bytes_of_prompts"]
+
+_REPLY = "That was not the best that you could do here. Try another way, and look at what the state tells you."
+
+
+class _Counter(Model):
+    """Counts the bytes of requests, which it does not send."""
+
+    def __init__(self) -> None:
+        self.bytes = 0
+
+    def answer(self, messages: list[dict[str, Any]], form: Mapping[str, Any] | None = None) -> Answer:
+        self.bytes += len("".join(map(text_of, messages)).encode()) + len(json.dumps(form) if form else "")
+        return Answer(_REPLY)
+
+
+def bytes_of_prompts(lesson: EpisodeSpec, subject: LLM | LLMTeacher) -> int:
+    """The bytes of all prompts of a lesson, played by chance; the model is a student, or the teacher."""
+    counter = _Counter()
+    taught = arguments_of(parse_teacher(lesson.teacher), "a")
+    if isinstance(subject, LLMTeacher):
+        taught["teacher"] = ModelPolicy(subject, lambda *_: counter)
+    env = make(lesson.id, **taught, text=True, max_turns=lesson.max_turns, **json.loads(lesson.options or "{}"))
+    rng, world = np.random.default_rng(lesson.seed), env.session.world.scratch()
+    talk = isinstance(subject, LLM) and subject.conversation(env, rng)
+    observation, _ = env.reset(seed=lesson.seed)
+    over = False
+    while not over:
+        text = written(world, rng)
+        if talk:
+            counter.answer(talk.ask(observation))
+            text = talk.answer(text)
+        observation, _, terminated, truncated, _ = env.step(text)
+        over = terminated or truncated
+    env.close()
+    return counter.bytes
