@@ -9,7 +9,7 @@ is nothing left to be confused about, and so `voice`, `truisms` and `turncoat` m
 """
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from itertools import combinations
 from pathlib import Path
@@ -19,11 +19,13 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
+from suite_gallery import families
 
 from llf_teacher.studies import load, run
 from llf_teacher.studies.definition.custom_specs import student_spec
 from llf_teacher.suite import all_experiments, studies_of
-from llf_teacher.suite.play import SEEDS, scored, seeds_of
+from llf_teacher.suite.experiment import SEEDS
+from llf_teacher.suite.play import scored, seeds_of
 
 WHOLE, REMEMBERING = "reasoner(worlds=4, forget=False)", "obedient(forget=False)"
 """A student that weighs worlds by all that is said, and one that recalls what was said of a world."""
@@ -85,6 +87,7 @@ class Scores:
 
     def __init__(self, store: Path, key: str, worlds: int, workers: int) -> None:
         self._store, self._seeds, self._workers = store, seeds_of(key)[:worlds], workers
+        self.places = {name: list[Mapping[str, float]]() for name in all_experiments()}  # of each student
         self.of = cache(self._of)
 
     def _of(self, spec: str, names: tuple[str, ...]) -> Numbers:
@@ -96,7 +99,10 @@ class Scores:
         keys = {each.key for study in studies for each in study.episodes()}
         with load(self._store) as results:
             rows = [row for row in results.rows() if row["key"] in keys]
-        return np.array([scored(each, spec, rows, self._seeds).value for each in asked.values()])
+        found = {name: scored(each, spec, rows, self._seeds) for name, each in asked.items()}
+        for name, score in found.items():
+            self.places[name].append(score.places)
+        return np.array([score.value for score in found.values()])
 
 
 def with_defects(who: str, *defects: str, strength: int = -1) -> str:
@@ -204,8 +210,9 @@ def main() -> None:
     parser.add_argument("--plot", type=Path)
     args = parser.parse_args()
     for key in args.keys:
-        measured = measure(Scores(args.store, key, args.worlds, args.workers))
+        measured = measure(scores := Scores(args.store, key, args.worlds, args.workers))
         print(f"\n{table(measured)}\n\nFaults with {key}:", "; ".join(faults(measured)) or "none", flush=True)
+        print(families(scores.places))
         if args.plot is not None and key == args.keys[0]:
             plot(measured).savefig(args.plot, dpi=110, bbox_inches="tight")
     if args.pairs:
