@@ -53,8 +53,6 @@ rest.
 """
 LEAST, MOST = 0.8, 0.2
 Numbers = NDArray[np.float64]
-
-
 ROWS = [(who, name) for who, names in ABLE.items() for name in names]
 """A student and the ability that it lacks."""
 
@@ -187,16 +185,13 @@ def plot(run_: Measured) -> Figure:
         text = "" if np.isnan(value) else f"{value:.2f}"
         axes.text(j, i, text, ha="center", va="center", color="white" if abs(value) > 0.8 else "black")
         if ROWS[i][1] == names[j] or ROWS[i][1] in bases(names[j]):
-            axes.add_patch(_frame(j, i, 2.0 if ROWS[i][1] == names[j] else 0.8))
+            width = 2.0 if ROWS[i][1] == names[j] else 0.8
+            axes.add_patch(Rectangle((j - 0.5, i - 0.5), 1, 1, fill=False, edgecolor="black", linewidth=width))
     axes.set_xticks(range(len(names)), names, rotation=45, ha="right")
     axes.set_yticks(range(len(ROWS)), [f"{who.partition('(')[0]} without {name}" for who, name in ROWS])
     axes.set(xlabel="experiment")
     figure.colorbar(image, label="score lost", shrink=0.8)
     return figure
-
-
-def _frame(x: int, y: int, width: float) -> Rectangle:
-    return Rectangle((x - 0.5, y - 0.5), 1, 1, fill=False, edgecolor="black", linewidth=width)
 
 
 def main() -> None:

@@ -209,7 +209,8 @@ def scored(experiment: Experiment, student: str, rows: Iterable[Mapping[str, Any
     def regrets(id: str, teacher: str, who: str) -> NDArray[np.float64]:
         """Per seed what is lost in the turns that count; NaN where the episode is missing."""
         lessons = found.get((id, teacher, who), {})
-        return np.array([_lost(lessons[seed], experiment.since) if seed in lessons else np.nan for seed in seeds])
+        lost = {seed: math.fsum(row["regrets"][experiment.since :]) for seed, row in lessons.items()}
+        return np.array([lost.get(seed, np.nan) for seed in seeds])
 
     def unread(id: str) -> float:
         """The share of turns whose answer was no action."""
@@ -230,7 +231,3 @@ def scored(experiment: Experiment, student: str, rows: Iterable[Mapping[str, Any
         for id in experiment.ids
     }
     return score(arms, experiment.offset, experiment.margin)
-
-
-def _lost(row: Mapping[str, Any], since: int) -> float:
-    return float(sum(row["regrets"][since:]))
