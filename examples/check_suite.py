@@ -10,7 +10,6 @@ is nothing left to be confused about, and so `voice`, `truisms` and `turncoat` m
 
 import argparse
 from collections.abc import Mapping, Sequence
-from functools import cache
 from itertools import combinations
 from pathlib import Path
 from typing import NamedTuple
@@ -86,21 +85,20 @@ class Scores:
     def __init__(self, store: Path, key: str, worlds: int, workers: int) -> None:
         self._store, self._seeds, self._workers = store, seeds_of(key)[:worlds], workers
         self.places = {name: list[Mapping[str, float]]() for name in all_experiments()}  # of each student
-        self.of = cache(self._of)
 
-    def _of(self, spec: str, names: tuple[str, ...]) -> Numbers:
-        """By ability."""
-        asked, spec = {name: all_experiments()[name] for name in names}, student_spec(spec)
-        studies = studies_of([spec], asked, self._seeds)
+    def of(self, specs: Sequence[str], names: Sequence[str]) -> Numbers:
+        """By student and ability, shape (specs, names)."""
+        asked, specs = {name: all_experiments()[name] for name in names}, [student_spec(each) for each in specs]
+        studies = studies_of(specs, asked, self._seeds)
         for study in studies:
             run(study, self._store, self._workers).close()
         keys = {each.key for study in studies for each in study.episodes()}
         with load(self._store) as results:
             rows = [row for row in results.rows() if row["key"] in keys]
-        found = {name: scored(each, spec, rows, self._seeds) for name, each in asked.items()}
-        for name, score in found.items():
-            self.places[name].append(score.places)
-        return np.array([score.value for score in found.values()])
+        found = [{name: scored(each, spec, rows, self._seeds) for name, each in asked.items()} for spec in specs]
+        for name in names:
+            self.places[name] += [each[name].places for each in found]
+        return np.array([[score.value for score in each.values()] for each in found])
 
 
 def with_defects(who: str, *defects: str, strength: int = -1) -> str:
@@ -110,14 +108,16 @@ def with_defects(who: str, *defects: str, strength: int = -1) -> str:
 
 def measure(scores: Scores) -> Measured:
     """The scores without and with each defect."""
-    names = tuple(all_experiments())
+    names = list(all_experiments())
     whole, full, by_strength = [], [], []
-    for who, name in ROWS:
-        i = names.index(name)
-        whole.append(scores.of(who, names))
-        full.append(scores.of(with_defects(who, name), names))
-        weaker = [scores.of(with_defects(who, name, strength=each), (name,))[0] for each in (0, 1)]
-        by_strength.append([whole[-1][i], *weaker, full[-1][i]])
+    for who, lacking in ABLE.items():
+        able, *others = scores.of([who, *(with_defects(who, name) for name in lacking)], names)
+        for name, other in zip(lacking, others, strict=True):
+            i = names.index(name)
+            weaker = scores.of([with_defects(who, name, strength=each) for each in (0, 1)], [name])[:, 0]
+            whole.append(able)
+            full.append(other)
+            by_strength.append([able[i], *weaker, other[i]])
     return Measured(np.array(whole), np.array(full), np.array(by_strength))
 
 
@@ -155,14 +155,11 @@ def pairs(scores: Scores, who: str) -> tuple[int, list[str]]:
 
     Pairs are left out that a student before in `ABLE` has.
     """
-    names = tuple(all_experiments())
-    found, tried = [], 0
-    for pair in combinations(names, 2):
-        if next((each for each, abilities in ABLE.items() if set(pair) <= set(abilities)), None) == who:
-            whole, without = scores.of(who, names), scores.of(with_defects(who, *pair), names)
-            found += wrong(whole - without, whole, pair)
-            tried += 1
-    return tried, found
+    names = list(all_experiments())
+    tried = [pair for pair in combinations(names, 2) if next(filter(set(pair).issubset, ABLE.values()), 0) is ABLE[who]]
+    whole, *without = scores.of([who, *(with_defects(who, *pair) for pair in tried)], names)
+    faulty = (wrong(whole - each, whole, pair) for each, pair in zip(without, tried, strict=True))
+    return len(tried), [each for found in faulty for each in found]
 
 
 def table(run_: Measured) -> str:
