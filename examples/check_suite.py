@@ -9,8 +9,7 @@ is nothing left to be confused about, and so `voice`, `truisms` and `turncoat` m
 """
 
 import argparse
-from collections.abc import Sequence
-from functools import cache
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 from pathlib import Path
 from typing import NamedTuple
@@ -19,11 +18,13 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
+from suite_gallery import families
 
 from llf_teacher.studies import load, run
 from llf_teacher.studies.definition.custom_specs import student_spec
 from llf_teacher.suite import all_experiments, studies_of
-from llf_teacher.suite.play import SEEDS, scored, seeds_of
+from llf_teacher.suite.experiment import SEEDS
+from llf_teacher.suite.play import scored, seeds_of
 
 WHOLE, REMEMBERING = "reasoner(worlds=4, forget=False)", "obedient(forget=False)"
 """A student that weighs worlds by all that is said, and one that recalls what was said of a world."""
@@ -51,8 +52,6 @@ rest.
 """
 LEAST, MOST = 0.8, 0.2
 Numbers = NDArray[np.float64]
-
-
 ROWS = [(who, name) for who, names in ABLE.items() for name in names]
 """A student and the ability that it lacks."""
 
@@ -85,18 +84,21 @@ class Scores:
 
     def __init__(self, store: Path, key: str, worlds: int, workers: int) -> None:
         self._store, self._seeds, self._workers = store, seeds_of(key)[:worlds], workers
-        self.of = cache(self._of)
+        self.places = {name: list[Mapping[str, float]]() for name in all_experiments()}  # of each student
 
-    def _of(self, spec: str, names: tuple[str, ...]) -> Numbers:
-        """By ability."""
-        asked, spec = {name: all_experiments()[name] for name in names}, student_spec(spec)
-        studies = studies_of([spec], asked, self._seeds)
+    def of(self, specs: Sequence[str], names: Sequence[str]) -> Numbers:
+        """By student and ability, shape (specs, names)."""
+        asked, specs = {name: all_experiments()[name] for name in names}, [student_spec(each) for each in specs]
+        studies = studies_of(specs, asked, self._seeds)
         for study in studies:
             run(study, self._store, self._workers).close()
         keys = {each.key for study in studies for each in study.episodes()}
         with load(self._store) as results:
             rows = [row for row in results.rows() if row["key"] in keys]
-        return np.array([scored(each, spec, rows, self._seeds).value for each in asked.values()])
+        found = [{name: scored(each, spec, rows, self._seeds) for name, each in asked.items()} for spec in specs]
+        for name in names:
+            self.places[name] += [each[name].places for each in found]
+        return np.array([[score.value for score in each.values()] for each in found])
 
 
 def with_defects(who: str, *defects: str, strength: int = -1) -> str:
@@ -106,14 +108,16 @@ def with_defects(who: str, *defects: str, strength: int = -1) -> str:
 
 def measure(scores: Scores) -> Measured:
     """The scores without and with each defect."""
-    names = tuple(all_experiments())
+    names = list(all_experiments())
     whole, full, by_strength = [], [], []
-    for who, name in ROWS:
-        i = names.index(name)
-        whole.append(scores.of(who, names))
-        full.append(scores.of(with_defects(who, name), names))
-        weaker = [scores.of(with_defects(who, name, strength=each), (name,))[0] for each in (0, 1)]
-        by_strength.append([whole[-1][i], *weaker, full[-1][i]])
+    for who, lacking in ABLE.items():
+        able, *others = scores.of([who, *(with_defects(who, name) for name in lacking)], names)
+        for name, other in zip(lacking, others, strict=True):
+            i = names.index(name)
+            weaker = scores.of([with_defects(who, name, strength=each) for each in (0, 1)], [name])[:, 0]
+            whole.append(able)
+            full.append(other)
+            by_strength.append([able[i], *weaker, other[i]])
     return Measured(np.array(whole), np.array(full), np.array(by_strength))
 
 
@@ -151,14 +155,11 @@ def pairs(scores: Scores, who: str) -> tuple[int, list[str]]:
 
     Pairs are left out that a student before in `ABLE` has.
     """
-    names = tuple(all_experiments())
-    found, tried = [], 0
-    for pair in combinations(names, 2):
-        if next((each for each, abilities in ABLE.items() if set(pair) <= set(abilities)), None) == who:
-            whole, without = scores.of(who, names), scores.of(with_defects(who, *pair), names)
-            found += wrong(whole - without, whole, pair)
-            tried += 1
-    return tried, found
+    names = list(all_experiments())
+    tried = [pair for pair in combinations(names, 2) if next(filter(set(pair).issubset, ABLE.values()), 0) is ABLE[who]]
+    whole, *without = scores.of([who, *(with_defects(who, *pair) for pair in tried)], names)
+    faulty = (wrong(whole - each, whole, pair) for each, pair in zip(without, tried, strict=True))
+    return len(tried), [each for found in faulty for each in found]
 
 
 def table(run_: Measured) -> str:
@@ -181,16 +182,13 @@ def plot(run_: Measured) -> Figure:
         text = "" if np.isnan(value) else f"{value:.2f}"
         axes.text(j, i, text, ha="center", va="center", color="white" if abs(value) > 0.8 else "black")
         if ROWS[i][1] == names[j] or ROWS[i][1] in bases(names[j]):
-            axes.add_patch(_frame(j, i, 2.0 if ROWS[i][1] == names[j] else 0.8))
+            width = 2.0 if ROWS[i][1] == names[j] else 0.8
+            axes.add_patch(Rectangle((j - 0.5, i - 0.5), 1, 1, fill=False, edgecolor="black", linewidth=width))
     axes.set_xticks(range(len(names)), names, rotation=45, ha="right")
     axes.set_yticks(range(len(ROWS)), [f"{who.partition('(')[0]} without {name}" for who, name in ROWS])
     axes.set(xlabel="experiment")
     figure.colorbar(image, label="score lost", shrink=0.8)
     return figure
-
-
-def _frame(x: int, y: int, width: float) -> Rectangle:
-    return Rectangle((x - 0.5, y - 0.5), 1, 1, fill=False, edgecolor="black", linewidth=width)
 
 
 def main() -> None:
@@ -204,8 +202,9 @@ def main() -> None:
     parser.add_argument("--plot", type=Path)
     args = parser.parse_args()
     for key in args.keys:
-        measured = measure(Scores(args.store, key, args.worlds, args.workers))
+        measured = measure(scores := Scores(args.store, key, args.worlds, args.workers))
         print(f"\n{table(measured)}\n\nFaults with {key}:", "; ".join(faults(measured)) or "none", flush=True)
+        print(families(scores.places))
         if args.plot is not None and key == args.keys[0]:
             plot(measured).savefig(args.plot, dpi=110, bbox_inches="tight")
     if args.pairs:

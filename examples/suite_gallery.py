@@ -68,12 +68,14 @@ def alike(first: NDArray[np.float64], second: NDArray[np.float64]) -> str:
     return f"{spearmanr(first[both], second[both]).statistic:.3f} ({both.sum()})"
 
 
-def by_family(cards: Sequence[Card], name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The students' scores in an experiment, in each of its two environments."""
-    ids = all_experiments()[name].ids
-    lines = [next(each for each in card.lines if each.name == name) for card in cards]
-    one, other = np.array([[line.places.get(id, np.nan) for line in lines] for id in ids])
-    return one, other
+def families(places: Mapping[str, Sequence[Mapping[str, float]]]) -> str:
+    """By experiment how alike both families order students, from each student's scores by environment."""
+    lines = ["Rank correlation of both families:"]
+    for name, found in places.items():
+        ids = all_experiments()[name].ids
+        pair = np.array([[each.get(id, np.nan) for each in found] for id in ids])
+        lines.append(f"- {name} ({', '.join(entry(id).family.name for id in ids)}): {alike(*pair)}")
+    return "\n".join(lines)
 
 
 def table(cards: Sequence[Card], role: str = "student") -> str:
@@ -141,10 +143,7 @@ def main() -> None:
         print(f"Rank correlation of {args.keys[0]!r} and {key!r}, all scores: {alike(one, other)}")
         for i, name in enumerate(all_experiments()):
             print(f"- {name}: {alike(one[:, i], other[:, i])}")
-    print("Rank correlation of both families:")
-    for name in all_experiments():
-        places = ", ".join(entry(id).family.name for id in all_experiments()[name].ids)
-        print(f"- {name} ({places}): {alike(*by_family(first, name))}")
+    print(families({name: [card.lines[i].places for card in first] for i, name in enumerate(all_experiments())}))
     if args.cards is not None:
         args.cards.mkdir(parents=True, exist_ok=True)
         for number, card in enumerate(first):

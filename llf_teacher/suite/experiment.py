@@ -10,8 +10,8 @@ from typing import Any
 from llf_teacher.suite import experiments
 from llf_teacher.suite.places import ARMS, HOUSE, OPTIONS
 
-TURNS = 12
-"""Turns of every lesson, at most."""
+TURNS, SEEDS = 12, 20
+"""Turns of every lesson, at most, and worlds of most experiments."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,6 +33,8 @@ class Experiment:
     """Spec of the student whose contrast is the unit."""
     ids: Sequence[str] = (ARMS, HOUSE)
     """Environments, of two families at least."""
+    seeds: int = SEEDS
+    """Number of worlds in each, more where scores are noisy; a smaller number of all experiments goes before it."""
     since: int = 0
     """Number of turns at the start whose regret does not count."""
     offset: float = 0.0

@@ -28,8 +28,7 @@ from teachers.spec import unknown
 
 VERSION = "suite-v1"
 """Worlds, seeds, teachers, references and thresholds of this name never change; `digest` is that of all of them."""
-SEEDS, QUICK_SEEDS = 20, 8
-QUICK_TURNS = 6
+QUICK_SEEDS, QUICK_TURNS = 8, 6
 QUICK: Mapping[str, str] = MappingProxyType({"advice": HOUSE, "hints": ARMS, "silence": ARMS, "turncoat": ARMS})
 """The experiments of `quick`, each in the environment in which the reference's contrast exceeds its noise most in so
 few turns, by 5 to 12 standard errors; that of praise, blame and what is late by 2.
@@ -42,7 +41,7 @@ T = TypeVar("T")
 def digest() -> str:
     """A digest of all that decides a score."""
     decides = {name: each.as_dict() for name, each in all_experiments().items()}
-    values = [VERSION, decides, SEEDS, QUICK_SEEDS, QUICK_TURNS, dict(QUICK), FIRST_SEED, TURNS, LEVELS]
+    values = [VERSION, decides, QUICK_SEEDS, QUICK_TURNS, dict(QUICK), FIRST_SEED, TURNS, LEVELS]
     return checksum(values)
 
 
@@ -51,7 +50,7 @@ def seeds_of(key: str = "", quick: bool = False) -> tuple[int, ...]:
     first = FIRST_SEED
     if key:
         first = 1_000_000 + int.from_bytes(hashlib.sha256(key.encode()).digest()[:4]) * 100
-    return tuple(range(first, first + (QUICK_SEEDS if quick else SEEDS)))
+    return tuple(range(first, first + (QUICK_SEEDS if quick else max(e.seeds for e in all_experiments().values()))))
 
 
 def chosen(names: Sequence[str] = (), quick: bool = False) -> dict[str, Experiment]:
@@ -85,16 +84,16 @@ def studies_of(
 ) -> list[Study]:
     """The studies whose episodes the scores of these students need; those of the references come first.
 
-    Experiments without `lessons` share one in each environment; students that forget between episodes are left out of
-    the others. Families that are not installed are left out.
+    Experiments without `lessons` share one in each environment, if they have as many seeds; students that forget
+    between episodes are left out of the others. Families that are not installed are left out.
     """
     specs = [student_spec(each) for each in students]
-    groups: dict[tuple[str, str], list[Experiment]] = {}
+    groups: dict[tuple[str | int, str], list[Experiment]] = {}
     for name, each in (experiments or all_experiments()).items():
         for id in each.ids:
             if not entry(id).family.missing():
-                groups.setdefault((name if each.lessons else "", id), []).append(each)
-    return [_study_of(specs, group, id, seeds, turns) for (_, id), group in groups.items()]
+                groups.setdefault((name if each.lessons else each.seeds, id), []).append(each)
+    return [_study_of(specs, group, id, seeds[: group[0].seeds], turns) for (_, id), group in groups.items()]
 
 
 def _study_of(students: Sequence[str], asked: Sequence[Experiment], id: str, seeds: Sequence[int], turns: int) -> Study:
@@ -200,6 +199,7 @@ def _add(progress: Callable[[int, int], None], before: int, total: int, done: in
 
 def scored(experiment: Experiment, student: str, rows: Iterable[Mapping[str, Any]], seeds: Sequence[int]) -> Score:
     """The score of a student in an experiment, from the rows of a store."""
+    seeds = seeds[: experiment.seeds]
     found: dict[tuple[str, str, str], dict[int, Mapping[str, Any]]] = {}
     for row in rows:
         if (row["lessons"], row["worlds"]) != (experiment.lessons, experiment.worlds if experiment.lessons else ""):
@@ -209,7 +209,8 @@ def scored(experiment: Experiment, student: str, rows: Iterable[Mapping[str, Any
     def regrets(id: str, teacher: str, who: str) -> NDArray[np.float64]:
         """Per seed what is lost in the turns that count; NaN where the episode is missing."""
         lessons = found.get((id, teacher, who), {})
-        return np.array([_lost(lessons[seed], experiment.since) if seed in lessons else np.nan for seed in seeds])
+        lost = {seed: math.fsum(row["regrets"][experiment.since :]) for seed, row in lessons.items()}
+        return np.array([lost.get(seed, np.nan) for seed in seeds])
 
     def unread(id: str) -> float:
         """The share of turns whose answer was no action."""
@@ -230,7 +231,3 @@ def scored(experiment: Experiment, student: str, rows: Iterable[Mapping[str, Any
         for id in experiment.ids
     }
     return score(arms, experiment.offset, experiment.margin)
-
-
-def _lost(row: Mapping[str, Any], since: int) -> float:
-    return float(sum(row["regrets"][since:]))

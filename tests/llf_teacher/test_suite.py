@@ -25,7 +25,7 @@ from llf_teacher.suite.experiment import ORDER
 from llf_teacher.suite.play import QUICK, chosen, seeds_of, studies_of
 from llf_teacher.suite.score import Arms, score
 
-DIGEST = "0735bd29cfa80b30"
+DIGEST = "fdc92194eff36567"
 
 
 def arms(better, worse, unit_better=0.0, unit_worse=10.0, n=20, noise=1.0, seed=0, **more):
@@ -50,7 +50,8 @@ def test_an_experiment_is_complete(name):
     assert len({entry(id).family.name for id in each.ids}) >= 2
     assert set(each.rests_on) <= set(all_experiments()) - {name}
     assert each.offset in (0, 1)
-    for id, study in zip(each.ids, studies_of(["random"], {name: each}, [0]), strict=True):
+    for id, study in zip(each.ids, studies_of(["random"], {name: each}), strict=True):
+        assert tuple(study.seeds) == seeds_of()[: each.seeds]
         played = study.tests(id) if each.lessons else study.grid(id)
         assert set(played.teachers) == set(each.teachers)  # the specs in the store's rows
         assert each.reference in played.students

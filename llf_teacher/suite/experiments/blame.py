@@ -10,5 +10,6 @@ EXPERIMENT = Experiment(
     better="only(kinds='hn')",
     worse="only(kinds='hn') | placebo",
     reference="reasoner(worlds=64)",
+    seeds=40,
     rests_on=("silence",),
 )

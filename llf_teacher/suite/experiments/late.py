@@ -11,5 +11,6 @@ EXPERIMENT = Experiment(
     better="only(kinds='hp+hn') | delayed(turns=2)",
     worse="only(kinds='hp+hn') | delayed(turns=2) | placebo",
     reference="reasoner(worlds=64)",
+    seeds=40,
     rests_on=("praise", "blame"),
 )

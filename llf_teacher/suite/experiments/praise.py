@@ -12,5 +12,6 @@ EXPERIMENT = Experiment(
     better="only(kinds='hp')",
     worse="only(kinds='hp') | placebo",
     reference="reasoner(worlds=64)",
+    seeds=40,
     rests_on=("silence",),
 )
