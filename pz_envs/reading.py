@@ -123,7 +123,9 @@ def _values(
     if name == "action" and issubclass(cls, ActionClaim):
         own = cls.action_slot
     elif name == "actions" and issubclass(cls, PlanClaim):
-        own = cls.plan_slot
+        steps = slots.get(cls.plan_slot, "").split(cls.separator)
+        yield from ([each(step) for step in steps] for each in (str, _bare, _json))
+        return
     texts = [slots[own]] if own in slots else [] if own in known or name == "action" else [*slots.values()]
     for text in map(_bare, texts):
         kind, items = form.get("type"), form.get("items", {}).get("type")
@@ -131,7 +133,9 @@ def _values(
         if kind in _NUMBERS:
             yield from numbers
         elif kind == "array" and not isinstance(_json(text), list):
-            yield numbers if items in _NUMBERS else [part for part in _BETWEEN.split(text) if part]
+            parts = [part for part in _BETWEEN.split(text) if part]
+            yield numbers if items in _NUMBERS else parts
+            yield [_ARTICLE.sub("", part) for part in parts]
         elif kind != "array":
             yield text
             yield _ARTICLE.sub("", text)

@@ -281,7 +281,7 @@ class Near:
     def fits(self, claim: str, slots: Mapping[str, str]) -> bool:
         """Whether what stands in a claim's slots is of their kinds, as far as these are known."""
         kinds = self._slots.get(claim, {})
-        patterns = {slot: _PATTERNS.get(kind, kind) for slot, kind in kinds.items()}
+        patterns = {slot: '[^"]*' if kind == QUOTED else _PATTERNS.get(kind, kind) for slot, kind in kinds.items()}
         return all(
             re.fullmatch(patterns[slot], value.strip('"`'), re.IGNORECASE)
             for slot, value in slots.items()

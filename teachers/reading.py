@@ -54,9 +54,15 @@ class Reader:
         fits: Callable[[type[Claim[Any]], dict[str, str]], bool] | None = None,
     ) -> None:
         self._phrasebook, self._is_action, self._fits = phrasebook, is_action, fits
-        self._unread = list(reversed(voices))
-        self._known: list[str] = []  # the latest voice comes first
+        self._voices = self._order = tuple(voices)  # the order has the latest voice first
         self._lines: Beginnings[_Line] = Beginnings()
+        self._learnt: set[str] = set()
+
+    def anew(self) -> "Reader":
+        """The same reader before its first text; what is learnt is shared."""
+        other = copy.copy(self)
+        other._order = self._voices
+        return other
 
     def read(self, text: str) -> Iterator[Heard]:
         """The recognised sentences, in order; other text is skipped. The time is linear in the text's length."""
@@ -77,7 +83,7 @@ class Reader:
                 yield Heard(best.line.claim, slots, about, (at, best.place.end), framed, hedged)
                 at = best.place.end
             else:
-                at = heard.next(None if self._unread else self._lines, at)
+                at = heard.next(self._lines if self._learnt.issuperset(self._voices) else None, at)
             about = None
             while at < len(text) and text[at].isspace():
                 at += 1
@@ -86,31 +92,28 @@ class Reader:
     def _recognise(self, text: Text, at: int) -> "_Found | None":
         """The sentence that begins here, if any, or the words that name the turn of the next sentence."""
         best: _Found | None = None
-        lines = text.beginning(self._lines, at)
         tried: set[tuple[Any, ...]] = set()
-        for number in itertools.count() if lines or self._unread else ():
-            if number == len(self._known):
-                if not self._unread:
-                    break
-                self._learn(self._unread.pop())
+        lines = text.beginning(self._lines, at)
+        for number, voice in enumerate(self._order):
+            if voice not in self._learnt:
+                self.learn(voice)
                 lines = text.beginning(self._lines, at)
             for line in lines:
                 what = line.claim, line.sentence
-                if line.voice == self._known[number] and what not in tried:
+                if line.voice == voice and what not in tried:
                     tried.add(what)  # many voices share it
                     if place := line.sentence.match(text, at):
                         found = self._found(line, place, text, at, number * _MANY + line.number)
                         best = found if best is None else min(best, found, key=_RANK)
             if best and not best.doubtful:
                 break
-        if best and best.line.claim not in _FRAMES and best.line.voice != self._known[0]:
-            self._known.remove(best.line.voice)
-            self._known.insert(0, best.line.voice)
+        if best and best.line.claim not in _FRAMES:
+            self._order = best.line.voice, *(voice for voice in self._order if voice != best.line.voice)
         return best
 
-    def _learn(self, voice: str) -> None:
-        """Add the sentences of a voice."""
-        self._known.append(voice)
+    def learn(self, voice: str) -> None:
+        """Add the sentences of a voice, which is not known yet."""
+        self._learnt.add(voice)
         number = itertools.count()
         for claim, templates in self._phrasebook(voice).items():
             for template in templates:
@@ -213,16 +216,14 @@ class LayeredReader:
         self._classes = dict(classes)
         self._names = {cls: name for name, cls in classes.items()}
         self._near = Near(classes, own_phrases(phrasebook, classes), table, others)
-        self._phrasebook, self._is_action = phrasebook, is_action
-        self._exact = self._first()
-
-    def _first(self) -> Reader:
-        return Reader(self._phrasebook, voice_names(), self._is_action, self._fits)
+        self._exact = Reader(phrasebook, voice_names(), is_action, self._fits)
+        for voice in voice_names():  # now, since threads may share it
+            self._exact.learn(voice)
 
     def anew(self) -> "LayeredReader":
         """The same reader before its first text: the exact layer looks first in the voice that it met last."""
         other = copy.copy(self)
-        other._exact = other._first()
+        other._exact = self._exact.anew()
         return other
 
     def read(self, text: str) -> list[SentenceReading]:

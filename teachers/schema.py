@@ -286,8 +286,8 @@ def in_own_words(atoms: Sequence[Atom], text: str, voice: Phrasebook) -> Utteran
 
 
 def sentences_of(text: str) -> list[str]:
-    """The sentences of a text, as they are written."""
-    cuts = [0, *(end.end() for end in _ENDS.finditer(text)), len(text)]
+    """The sentences of a text, as they are written; none ends within a quotation."""
+    cuts = [0, *(end.end() for end in _ENDS.finditer(text) if end[1]), len(text)]
     parts = (text[begin:end].strip() for begin, end in pairwise(cuts))
     return [part for part in parts if any(map(str.isalnum, part))]
 
@@ -299,7 +299,7 @@ def without(text: str, parts: Iterable[str]) -> str:
     return text
 
 
-_ENDS = re.compile(r"[.!?][\"')\]]*\s|\n")
+_ENDS = re.compile(r"((?:\"[^\"]*[.!?]\"|[.!?])[\"')\]]*\s|\n)|\"[^\"]*\"")  # an end of a sentence, or a quotation
 
 
 def _can_be_said(cls: type[Claim]) -> bool:

@@ -192,3 +192,11 @@ def test_sentences_are_those_that_people_see():
         '"Really?")',
         "Yes!",
     ]
+    text = 'Take "Dr. No". "Go!", she said. The lines "one.\ntwo" are it. An "open one. Then more'
+    assert sentences_of(text) == [
+        'Take "Dr. No".',
+        '"Go!", she said.',
+        'The lines "one.\ntwo" are it.',
+        'An "open one.',
+        "Then more",
+    ]

@@ -73,6 +73,26 @@ def test_several_claims_are_candidates_and_too_many_are_not_tried(monkeypatch):
     assert build_claim(only, family, vocabulary) == (None, ("Go",))
 
 
+def test_a_plan_is_built_of_its_steps_and_a_rule_of_names_without_articles():
+    for name, text, claim in [
+        ("bandits", "Let me show you how to go on: 3, then 1.", {"type": "Example", "actions": [3, 1]}),
+        (
+            "poem",
+            'Let me show you how to go on: "a b\nc. d", then "e".',
+            {"type": "Example", "actions": ["a b\nc. d", "e"]},
+        ),
+        (
+            "gridworld",
+            "In every house of this town the treasure lies in a kitchen or an attic.",
+            {"type": "TreasuresIn", "rooms": ["kitchen", "attic"]},
+        ),
+    ]:
+        family = FAMILIES[name]
+        vocabulary = family.vocabulary(family.make_world(**family.environments[family.showcase[0]]))
+        (found,) = make_reader(family, vocabulary).read(text)
+        assert build_claim(found, family, vocabulary).claim == vocabulary.claim_of(claim)
+
+
 def test_a_verdict_takes_the_last_action_and_no_other():
     family, session = session_of("bandits")
     vocabulary = session.offers[0].vocabulary
