@@ -240,6 +240,21 @@ def test_lessons_with_points_live_on_as_their_rows(id, life, shift):
     check_lifetimes(id, 3, **proposed(life), shift=shift)
 
 
+@pytest.mark.parametrize("forget", [True, False])
+def test_long_lives_among_points_go_on_as_their_rows(forget):
+    """Numbers of points that do not come again are used again, and more are added where many may come again."""
+    life = {"student": f"obedient(forget={forget})", "episodes": 14, "max_turns": 3}
+    check_lifetimes(POINTS[0], 4, 1, AutoresetMode.NEXT_STEP, **life)
+    batch = batch_of(POINTS[0], 40, **life)
+    rng, bounds = np.random.default_rng(0), []
+    for speaks in (0.0, 0.4):
+        batch.reset(seed=0)
+        for _ in range(14 * 4 - 1):
+            batch.step(np.where(rng.random(40) < speaks, 0b01000, 0))
+        bounds.append(batch.lives.visits.shape[1])
+    assert bounds[0] == 2 * (3 + 1) < bounds[1]
+
+
 @pytest.mark.full
 @pytest.mark.parametrize("id", TABULAR)
 def test_thousands_of_lessons_live_on_as_their_rows(id):

@@ -102,7 +102,7 @@ class TeacherVectorEnv(RowsEnv):
         if not isinstance(reward, str) or reward not in REWARDS:
             raise ValueError(f"in arrays there is no such reward: {unknown('teacher_reward', reward, REWARDS)}")
         space = self.worlds.world.action_space
-        states = self.worlds.number_states(episodes * (self.max_turns + 1))
+        states = self.worlds.number_states(self.max_turns + 1)
         self._pupil_streams = Streams(np.zeros(num_envs, np.uint64))
         self.students = students(spec, Seats(num_envs, states, space, self._pupil_streams, self.teacher.late))
         """The students, in arrays."""
@@ -244,8 +244,13 @@ class TeacherVectorEnv(RowsEnv):
         if len(on):
             self.worlds.state = merged(self.worlds.state, on, self.worlds.taken(self._start, on))
             self._open(on)
-            self.students.begin(on)
             self.lives.arrive(on, self.worlds.place(on))
+            if self.worlds.states is None:
+                lost = self.students.lost(on)
+                bound = self.worlds.forget(on, lost)
+                self.lives.forget(on, lost, bound)
+                self.students.forget(on, lost, bound)
+            self.students.begin(on)
 
     def _observe(self) -> Any:
         moments = self.moments
