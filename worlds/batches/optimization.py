@@ -145,7 +145,7 @@ class OptimizationBatch(WorldBatch[Truth, State]):
     def forget(self, rows: Ints, lost: Bools) -> int:
         """Free numbers; the bound grows if proposals that may come again need it."""
         kept = int(np.count_nonzero(~lost, axis=1).max())
-        bound = max(lost.shape[1], kept + self._most)
+        bound: int = max(lost.shape[1], kept + self._most)
         self._known = without(self._known, rows, lost, bound, np.nan)
         return bound
 

@@ -6,6 +6,7 @@ from typing import Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
+from gymnasium import spaces
 from gymnasium.vector import AutoresetMode
 
 from llf_teacher.gym.lifetime import NEAR
@@ -61,7 +62,8 @@ class TeacherVectorEnv(RowsEnv):
     Args:
         env_id: an id of `llf_teacher.ids()` whose family can be played in arrays.
         num_envs: number of rows.
-        student: a spec string or a `Student` with a form in arrays.
+        student: a spec string or a `Student` with a form in arrays; None: `q_learning(trust=1.0)`, or `obedient` where
+            actions are points of a box.
         settings: of the lessons; None: the defaults, in a lifetime with `until_success=True`.
         actions, episodes, vary, announce: as in `TeacherEnv`.
         autoreset_mode: one of Gymnasium's.
@@ -84,7 +86,7 @@ class TeacherVectorEnv(RowsEnv):
         num_envs: int = 1,
         *,
         settings: Settings | None = None,
-        student: str | Student = "q_learning(trust=1.0)",
+        student: str | Student | None = None,
         actions: str = "all",
         episodes: int = 1,
         vary: Mapping[str, Any] | None = None,
@@ -92,16 +94,17 @@ class TeacherVectorEnv(RowsEnv):
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
         **keywords: Unpack[SettingsKeywords],
     ) -> None:
-        spec = parse_student(student)
         check_flags(announce=announce)
         if not is_count(episodes):
             raise ValueError(f"episodes must be an integer of at least 1, got {episodes!r}")
         until_success = episodes > 1
         super().__init__(env_id, num_envs, settings, keywords, autoreset_mode, used=_USED, until_success=until_success)
+        space = self.worlds.world.action_space
+        default = "q_learning(trust=1.0)" if isinstance(space, spaces.Discrete) else "obedient"
+        spec = parse_student(default if student is None else student)
         reward = self.settings.teacher_reward
         if not isinstance(reward, str) or reward not in REWARDS:
             raise ValueError(f"in arrays there is no such reward: {unknown('teacher_reward', reward, REWARDS)}")
-        space = self.worlds.world.action_space
         states = self.worlds.number_states(self.max_turns + 1)
         self._pupil_streams = Streams(np.zeros(num_envs, np.uint64))
         self.students = students(spec, Seats(num_envs, states, space, self._pupil_streams, self.teacher.late))
