@@ -118,13 +118,13 @@ class WorldBatch(ABC, Generic[TruthT, StateT]):
         """
         raise TypeError(f"{type(self).__name__} forgets no numbers")
 
+    @abstractmethod
     def place(self, rows: Rows = ALL) -> Ints:
         """The numbers of the observations in these rows, from 0; call `number_states` before."""
-        raise TypeError(f"{type(self).__name__} numbers no states")
 
+    @abstractmethod
     def seen(self, row: int, place: int) -> Any:
         """The observation in a row for which `place` returns this number."""
-        raise TypeError(f"{type(self).__name__} numbers no states")
 
 
 def merged(old: StateT, rows: Rows, new: StateT) -> StateT:

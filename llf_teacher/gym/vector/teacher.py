@@ -30,26 +30,12 @@ from worlds.batches.streams import Streams
 
 _PRICES = ("cost", "budget", "teacher_reward")
 _USED = SHOWN | {"teacher", "feedback_type", *_PRICES, "teacher_numbers", "max_turns", "until_success"}
-Paid = Callable[[Moments[Any], Floats], Floats]
-"""The teacher's reward of turns, given the moments and their regret."""
-
-
-def _student_reward(moments: Moments[Any], regret: Floats) -> Floats:
-    return moments.reward
-
-
-def _student_progress(moments: Moments[Any], regret: Floats) -> Floats:
-    return -regret
-
-
-def _success_minus_cost(moments: Moments[Any], regret: Floats) -> Floats:
-    return (moments.over & moments.success).astype(np.float64)
-
-
-REWARDS: dict[str, Paid] = {
-    function.__name__.lstrip("_"): function for function in (_student_reward, _student_progress, _success_minus_cost)
+REWARDS: dict[str, Callable[[Moments[Any], Floats], Floats]] = {
+    "student_reward": lambda moments, _: moments.reward,
+    "student_progress": lambda _, regret: -regret,
+    "success_minus_cost": lambda moments, _: (moments.over & moments.success).astype(np.float64),
 }
-"""The named rewards of `pz_envs.rewards` in arrays."""
+"""The named rewards of `pz_envs.rewards` in arrays: of turns, given the moments and their regret."""
 
 
 class TeacherVectorEnv(RowsEnv):
@@ -116,7 +102,7 @@ class TeacherVectorEnv(RowsEnv):
             check_vary(spec, self._vary)
         self.actions, self.episodes, self.announce = actions, episodes, announce
         self.cost, self.budget = self.settings.cost, self.settings.budget
-        self._reward = REWARDS[reward]
+        self._reward = reward
         self.lives = Lifetimes(num_envs, states, episodes)
         """The statistics of the lifetimes."""
         self.spent = np.zeros(num_envs, np.int64)
@@ -231,7 +217,7 @@ class TeacherVectorEnv(RowsEnv):
         actions = self.students.act(rows, places, self.moments.reward[rows], self._spoken.heard(rows, said))
         self._act(actions, rows if len(rows) < self.num_envs else slice(None))
         regret = self._stakes.regret(self.moments)  # of the states before
-        reward[rows] += self._reward(self.moments, regret)[rows]
+        reward[rows] += REWARDS[self._reward](self.moments, regret)[rows]
         self.lives.acted(rows, regret[rows] <= NEAR)
         self.lives.arrive(rows, self.worlds.place(rows))
 
