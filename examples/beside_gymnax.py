@@ -1,4 +1,4 @@
-"""Steps in arrays beside gymnax, JAX's environments: our houses and arms, and its FourRooms, on one core.
+"""Steps in arrays by number of rows, beside gymnax, JAX's environments: its FourRooms, which says nothing, on one core.
 
 In an environment of its own, since gymnax pins Gymnasium:
 
@@ -6,11 +6,11 @@ In an environment of its own, since gymnax pins Gymnasium:
 """
 
 import time
+from collections.abc import Callable
+from functools import partial
+from statistics import median
 
-import gymnasium
-import numpy as np
-
-import llf_teacher  # noqa: F401  (registers the environments)
+from llf_teacher.tools.throughput import kinds, rate
 
 try:
     import gymnax
@@ -18,34 +18,22 @@ try:
 except ModuleNotFoundError as error:
     raise SystemExit(f"{error}; install it by: pip install gymnax six") from None
 
-ROWS, STEPS, ROUNDS = 4096, 252, 3
+ROWS, STEPS, ROUNDS = (1, 256, 4096, 16_384), 2**20, 3
+"""Numbers of rows, steps of all rows together, and times that each is timed."""
 
 
-def ours(id: str) -> float:
-    """Millions of steps a second of the processor, with all that the teacher says as arrays."""
-    envs = gymnasium.make_vec(id, num_envs=ROWS, vectorization_mode="vector_entry_point")
-    envs.reset(seed=0)
-    envs.reset()  # draws from the pool of houses, which is made now
-    actions = np.random.default_rng(0).integers(int(envs.single_action_space.n), size=(STEPS + 1, ROWS))
-    envs.step(actions[0])
-    begin = time.process_time()
-    for each in actions[1:]:
-        envs.step(each)
-    return STEPS * ROWS / (time.process_time() - begin) / 1e6
-
-
-def four_rooms() -> tuple[float, float]:
-    """The same of gymnax's FourRooms: a compiled step at a time, and all steps as one compiled loop."""
+def four_rooms(rows: int, steps: int) -> tuple[Callable[[], float], Callable[[], float]]:
+    """Time gymnax's FourRooms: a compiled step at a time, and all steps as one compiled loop."""
     env, settings = gymnax.make("FourRooms-misc")
     key = jax.random.PRNGKey(0)
-    actions = jax.random.randint(key, (STEPS, ROWS), 0, 4)
-    keys = jax.random.split(key, STEPS * ROWS).reshape(STEPS, ROWS, -1)
+    actions = jax.random.randint(key, (steps, rows), 0, 4)
+    keys = jax.random.split(key, steps * rows).reshape(steps, rows, -1)
     step = jax.jit(jax.vmap(env.step, (0, 0, 0, None)))
-    _, start = jax.jit(jax.vmap(env.reset, (0, None)))(jax.random.split(key, ROWS), settings)
+    _, start = jax.jit(jax.vmap(env.reset, (0, None)))(jax.random.split(key, rows), settings)
 
     def one_by_one() -> None:
         state = start
-        for i in range(STEPS):
+        for i in range(steps):
             result = step(keys[i], state, actions[i], settings)
             state = result[1]
         jax.block_until_ready(result)
@@ -58,16 +46,26 @@ def four_rooms() -> tuple[float, float]:
 
         return jax.lax.scan(turn, state, (keys, actions))
 
-    rates = []
-    for play in (one_by_one, lambda: jax.block_until_ready(loop(start))):
+    def timed(play: Callable[[], object]) -> Callable[[], float]:
+        def once() -> float:
+            begin = time.process_time()
+            play()
+            return steps * rows / (time.process_time() - begin) / 1e6
+
         play()  # compiles
-        begin = time.process_time()
-        play()
-        rates.append(STEPS * ROWS / (time.process_time() - begin) / 1e6)
-    return rates[0], rates[1]
+        return once
+
+    return timed(one_by_one), timed(lambda: jax.block_until_ready(loop(start)))
 
 
-print("M steps a second: gridworld, bandits, FourRooms step by step, FourRooms in one loop")
-for _ in range(ROUNDS):
-    rates = ours("llf-gridworld-v0"), ours("llf-bandits-BanditTenArmedRandomFixed-v0"), *four_rooms()
-    print("  ".join(f"{rate:.2f}" for rate in rates))
+table: dict[str, list[str]] = {}
+for rows in ROWS:
+    steps = min(2000, STEPS // rows)
+    timers = {kind.name: partial(rate, kind.make(num_envs=rows), steps) for kind in kinds()}
+    timers["FourRooms, step by step"], timers["FourRooms, all steps in one loop"] = four_rooms(rows, steps)
+    rounds = [{name: once() for name, once in timers.items()} for _ in range(ROUNDS)]
+    for name in timers:
+        table.setdefault(name, []).append(f"{median(each[name] for each in rounds):.4g}")
+print(f"| M steps a second, by rows | {' | '.join(f'{rows:,}' for rows in ROWS)} |\n|---{'|---' * len(ROWS)}|")
+for name, cells in table.items():
+    print(f"| {name} | {' | '.join(cells)} |")

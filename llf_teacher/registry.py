@@ -10,7 +10,6 @@ from gymnasium.envs.registration import EnvSpec
 
 import pz_envs  # noqa: F401  (registers with PettingZoo)
 from pz_envs.family import Family, all_families, families_to_register, own_families
-from pz_envs.learning import ActionValues, StateValues
 from pz_envs.settings import Settings
 from pz_envs.subject import GYM, Subject
 
@@ -137,8 +136,7 @@ def register_all() -> None:
         for name in (id, ALIAS + id.removeprefix(PREFIX)):
             _register(name, "Student", arrays, env_id=id)
     for id, each in entries.items():
-        tables = isinstance(each.family.learning, ActionValues | StateValues)  # which students in arrays need
-        arrays = bool(each.family.world_batch) and tables
+        arrays = bool(each.family.world_batch)
         _register(TEACHER + id.removeprefix(PREFIX), "Teacher", arrays, env_id=id, actions="compact")
 
 

@@ -1,9 +1,11 @@
 """Throughput of lessons in arrays, beside that of Gymnasium's CartPole in arrays."""
 
 import time
-import tracemalloc
 from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from itertools import islice
+from multiprocessing import get_context
 from typing import Any, NamedTuple
 
 import gymnasium
@@ -15,11 +17,16 @@ from rich.table import Table
 from llf_teacher.gym.vector import StudentVectorEnv, TeacherVectorEnv
 from llf_teacher.registry import PREFIX
 from llf_teacher.tools.benchmark.measuring import spread
+from llf_teacher.tools.benchmark.player import peak
 from llf_teacher.tools.benchmark.timings import RUNS
 from pz_envs.family import all_families
 
 STUDENT = "q_learning(forget=False, trust=1.0, optimism=0.0, epsilon=0.1)"
+BELIEVER = "obedient(forget=False)"
+"""The student of lifetimes where actions are points, which announces nothing."""
 EPISODES = 30
+MANY = 16_384
+"""Number of rows for which memory is measured."""
 _HORIZONS = 12
 _ENDLESS = 1_000_000
 _ROUND = 50  # steps whose actions are drawn at once
@@ -30,7 +37,7 @@ class Kind(NamedTuple):
 
     name: str
     make: Callable[..., VectorEnv[Any, Any, Any]]
-    """Makes the environment from the number of its rows and other options."""
+    """Makes the environment from `num_envs` and other options; can be pickled."""
     horizon: int
     """Number of steps in which each row is reset at least once."""
     horizons: int
@@ -42,65 +49,60 @@ class Kind(NamedTuple):
 
 
 def throughput(
-    progress: Callable[[str], object], rows: int = 4096, horizons: int = _HORIZONS, runs: int = RUNS
+    progress: Callable[[str], object],
+    rows: int = 4096,
+    horizons: int = _HORIZONS,
+    runs: int = RUNS,
+    many: int = MANY,
 ) -> Table:
     """A table of steps per second of CPU time, in millions, with fresh random actions: medians of runs, and ranges.
 
     `M/s` includes autoresets at the family's own horizon, `steps alone` has no resets, `resets alone` has no steps.
     `anew` draws each world anew instead of from a pool, and `pool s` is the time to make the pool, in seconds. `kB` is
-    the memory of a row, with its share of the pool; these two are of one run.
+    what each of `many` rows adds to the greatest resident memory of a process, in its first lifetime and without a
+    pool; these two are of one run.
     """
     names = ("M/s", "steps alone", "resets alone", "anew", "pool s", "kB")
     table = Table("environment", *names, title=f"{rows} rows", title_justify="left", box=None, padding=(0, 2, 0, 0))
-    for kind in _kinds(horizons):
+    for kind in kinds(horizons):
         progress(kind.name)
-        env = kind.make(rows)
+        env = kind.make(num_envs=rows)
         env.reset(seed=0)
         begin = time.process_time()
         env.reset()
         made = time.process_time() - begin
         steps = kind.horizon * kind.horizons
-        endless = kind.make(rows, **kind.endless)
-        cells = [_median(runs, _rate, env, steps), _median(runs, _rate, endless, steps), _median(runs, _resets, env)]
-        anew = None if kind.anew is None else kind.make(rows, **kind.anew)
-        cells.append("" if anew is None else _median(runs, _rate, anew, kind.horizon))
+        endless = kind.make(num_envs=rows, **kind.endless)
+        cells = [_median(runs, rate, env, steps), _median(runs, rate, endless, steps), _median(runs, _resets, env)]
+        anew = None if kind.anew is None else kind.make(num_envs=rows, **kind.anew)
+        cells.append("" if anew is None else _median(runs, rate, anew, kind.horizon))
         cells.append("" if kind.anew is None else f"{made:.1f}")
-        table.add_row(kind.name, *cells, f"{_memory(kind, rows):.1f}")
+        table.add_row(kind.name, *cells, f"{_memory(kind, many):.1f}")
     return table
 
 
-def _kinds(horizons: int) -> Iterable[Kind]:
+def kinds(horizons: int = _HORIZONS) -> Iterable[Kind]:
     """CartPole, and both seats of all families that support arrays."""
-    yield Kind("CartPole-v1", _cartpole, 30, horizons, None, {})
+    cartpole = partial(gymnasium.make_vec, "CartPole-v1", vectorization_mode="vector_entry_point")
+    yield Kind("CartPole-v1", cartpole, 30, horizons, None, {})
     for family in all_families():
         if not family.world_batch:
             continue
         id, turns = PREFIX + family.showcase[0], family.max_turns + 1
         anew = {"pool": 0} if "pool" in family.batch_options() else None
-        yield Kind(id, _student(id), turns, horizons, anew, {"max_turns": _ENDLESS})
+        yield Kind(id, partial(StudentVectorEnv, id), turns, horizons, anew, {"max_turns": _ENDLESS})
         world = family.make_world(**family.environments[family.showcase[0]])
-        if isinstance(world.action_space, spaces.Discrete):
-            yield Kind(f"{id}, lifetimes", _teacher(id), EPISODES * turns, 1, anew, {"episodes": _ENDLESS})
-
-
-def _cartpole(rows: int) -> VectorEnv[Any, Any, Any]:
-    return gymnasium.make_vec("CartPole-v1", num_envs=rows, vectorization_mode="vector_entry_point")
-
-
-def _student(id: str) -> Callable[..., VectorEnv[Any, Any, Any]]:
-    return lambda rows, **options: StudentVectorEnv(id, rows, **options)
-
-
-def _teacher(id: str) -> Callable[..., VectorEnv[Any, Any, Any]]:
-    settings = {"student": STUDENT, "episodes": EPISODES, "announce": True, "budget": 20}
-    return lambda rows, **options: TeacherVectorEnv(id, rows, **{**settings, **options})
+        learns = isinstance(world.action_space, spaces.Discrete)
+        student = STUDENT if learns else BELIEVER
+        lives = partial(TeacherVectorEnv, id, student=student, episodes=EPISODES, announce=learns, budget=20)
+        yield Kind(f"{id}, lifetimes", lives, EPISODES * turns, 1, anew, {"episodes": _ENDLESS})
 
 
 def _median(runs: int, figure: Callable[..., float], *arguments: Any) -> str:
     return spread([figure(*arguments) for _ in range(runs)])
 
 
-def _rate(env: VectorEnv[Any, Any, Any], steps: int) -> float:
+def rate(env: VectorEnv[Any, Any, Any], steps: int) -> float:
     """Steps of all rows per second, in millions; drawing the actions is not timed."""
     env.reset(seed=0)
     env.reset()
@@ -137,14 +139,18 @@ def _resets(env: VectorEnv[Any, Any, Any]) -> float:
 
 
 def _memory(kind: Kind, rows: int) -> float:
-    """Memory of an environment in use, in thousands of bytes per row."""
-    tracemalloc.start()
-    try:
-        env = kind.make(rows)
+    """Peak memory in a new process, in kB a row."""
+    with ProcessPoolExecutor(1, get_context("spawn")) as fresh:
+        return fresh.submit(resident, kind, rows).result()
+
+
+def resident(kind: Kind, rows: int) -> float:
+    """What each of so many rows adds to the peak memory of this process, in kB, over a lifetime and without a pool."""
+    peaks = []
+    for number in (1, rows):
+        env = kind.make(num_envs=number, **kind.anew or {})
         env.reset(seed=0)
-        env.reset()
-        env.step(next(_fresh(env)))
-        held, _ = tracemalloc.get_traced_memory()
-    finally:
-        tracemalloc.stop()
-    return held / rows / 1000
+        for actions in islice(_fresh(env), kind.horizon):
+            env.step(actions)
+        peaks.append(peak())
+    return (peaks[1] - peaks[0]) * 2**20 / rows / 1000

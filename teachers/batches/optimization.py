@@ -85,22 +85,17 @@ class OptimizationOracleBatch(OracleBatch[State]):
         step = _newton(there.gradient(here), there.hessian(here))
         point, able = self._short(here, (here[0] + step[0], here[1] + step[1]), there)
         rows = advise(rows, point, able & (there.value(point) - minimum <= ENOUGH * (now - minimum)))
-        for share in SHARES:
+        for share in (*SHARES, None):
             if not len(rows):
                 break
             here, now, there = _at(x, rows), y[rows], landscapes.at(rows)
-            point, able = self._short(here, between(here, there.nearest(here)[0], share), there)
+            point, able = self._short(here, between(here, there.nearest(here)[0], share or SHORT), there)
             loss = there.value(point)
-            rows = advise(rows, point, able & (loss < now) & _differ(loss, now))
-        if len(rows):  # a ridge has to be crossed, behind which the minimiser lies
-            here, now, there = _at(x, rows), y[rows], landscapes.at(rows)
-            point, able = self._short(here, between(here, there.nearest(here)[0], SHORT), there)
-            behind = np.zeros(len(rows), bool)
-            for i in BEHIND:
-                farther = between(here, point, 1 + i / FARTHER / 4)
-                inside = _contains(self.worlds.world, farther)
-                behind |= inside & (there.value(farther) < now)
-            advise(rows, point, able & behind)
+            fits = (loss < now) & _differ(loss, now)
+            if share is None:  # a ridge has to be crossed, behind which the minimiser lies
+                behind = [between(here, point, 1 + i / FARTHER / 4) for i in BEHIND]
+                fits = np.any([_contains(self.worlds.world, far) & (there.value(far) < now) for far in behind], axis=0)
+            rows = advise(rows, point, able & fits)
         return found, advised
 
     def _short(self, x: Points, point: Points, landscapes: Landscapes) -> tuple[Points, Bools]:

@@ -76,10 +76,11 @@ def test_vectors_have_the_same_actions():
         arrays.step(np.array([0, 4, 0]))
 
 
-def test_what_arrays_cannot_teach_is_taught_one_by_one():
-    """A table needs finitely many states."""
-    envs = gymnasium.make_vec(f"{TEACHER}optimization-Booth-v0", num_envs=2)
-    assert isinstance(envs, gymnasium.vector.SyncVectorEnv)
+@pytest.mark.parametrize("id", FIRST)
+def test_what_arrays_cannot_teach_is_taught_one_by_one(id):
+    family = entries()[PREFIX + id.removeprefix(TEACHER)].family
+    envs = gymnasium.make_vec(id, num_envs=2, **(SMALL if id == GRID else {}))
+    assert isinstance(envs, TeacherVectorEnv if family.world_batch else gymnasium.vector.SyncVectorEnv)
     envs.reset(seed=0)
     observations, *_ = envs.step(np.array([0, 1]))
     assert observations["action_mask"].shape == (2, SUBSETS)

@@ -211,19 +211,7 @@ def test_a_student_that_acts_otherwise_has_not_the_arrays_of_its_base():
             batch_of(GRID, 2, student=student, episodes=1)
 
 
-@pytest.mark.full
-@pytest.mark.parametrize("id", TABULAR)
-def test_thousands_of_lessons_of_others_live_on_as_their_rows(id):
-    lifetimes = 0
-
-    @settings(max_examples=60, deadline=None)
-    @given(life=st.fixed_dictionaries(LIVES_OF_OTHERS))
-    def check(life):
-        nonlocal lifetimes
-        lifetimes += check_lifetimes(id, 40, **lived_by_others(life))
-
-    check()
-    assert lifetimes > 2000
+LIVES_AMONG_POINTS = {**LIVES, "shift": st.booleans()}
 
 
 def proposed(life):
@@ -235,39 +223,47 @@ def proposed(life):
 
 @pytest.mark.parametrize("id", POINTS)
 @settings(max_examples=2, deadline=None, derandomize=True)
-@given(life=st.fixed_dictionaries(LIVES), shift=st.booleans())
-def test_lessons_with_points_live_on_as_their_rows(id, life, shift):
-    check_lifetimes(id, 3, **proposed(life), shift=shift)
+@given(life=st.fixed_dictionaries(LIVES_AMONG_POINTS))
+def test_lessons_with_points_live_on_as_their_rows(id, life):
+    check_lifetimes(id, 3, **proposed(life))
+
+
+@pytest.mark.parametrize("forget", [True, False])
+def test_long_lives_among_points_go_on_as_their_rows(forget):
+    """Numbers of points that do not come again are used again, and more are added where many may come again."""
+    life = {"student": f"obedient(forget={forget})", "episodes": 14, "max_turns": 3}
+    check_lifetimes(POINTS[0], 4, 1, AutoresetMode.NEXT_STEP, **life)
+    batch = batch_of(POINTS[0], 40, **life)
+    rng, bounds = np.random.default_rng(0), []
+    for speaks in (0.0, 0.4):
+        batch.reset(seed=0)
+        for _ in range(14 * 4 - 1):
+            batch.step(np.where(rng.random(40) < speaks, 0b01000, 0))
+        bounds.append(batch.lives.visits.shape[1])
+    assert bounds[0] == 2 * (3 + 1) < bounds[1]
+
+
+SWEEPS = [
+    *((id, LIVES, lived, 60, 2000) for id in TABULAR),
+    *((id, LIVES_OF_OTHERS, lived_by_others, 60, 2000) for id in TABULAR),
+    *((id, LIVES_AMONG_POINTS, proposed, 40, 400) for id in POINTS),
+]
+"""Ids, what is drawn of lives, the arguments of `check_lifetimes`, and how many are drawn and at least compared."""
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("id", TABULAR)
-def test_thousands_of_lessons_live_on_as_their_rows(id):
+@pytest.mark.parametrize(("id", "lives", "arguments", "examples", "least"), SWEEPS)
+def test_thousands_of_lessons_live_on_as_their_rows(id, lives, arguments, examples, least):
     lifetimes = 0
 
-    @settings(max_examples=60, deadline=None)
-    @given(life=st.fixed_dictionaries(LIVES))
+    @settings(max_examples=examples, deadline=None, derandomize=True)
+    @given(life=st.fixed_dictionaries(lives))
     def check(life):
         nonlocal lifetimes
-        lifetimes += check_lifetimes(id, 40, **lived(life))
+        lifetimes += check_lifetimes(id, 20, **arguments(life))
 
     check()
-    assert lifetimes > 2000
-
-
-@pytest.mark.full
-@pytest.mark.parametrize("id", POINTS)
-def test_thousands_of_lessons_with_points_live_on_as_their_rows(id):
-    lifetimes = 0
-
-    @settings(max_examples=20, deadline=None, derandomize=True)
-    @given(life=st.fixed_dictionaries(LIVES), shift=st.booleans())
-    def check(life, shift):
-        nonlocal lifetimes
-        lifetimes += check_lifetimes(id, 20, **proposed(life), shift=shift)
-
-    check()
-    assert lifetimes > 400
+    assert lifetimes > least
 
 
 @pytest.mark.parametrize("id", TABULAR)

@@ -1,5 +1,8 @@
 """The table of throughput has a row for each that can be played in arrays."""
 
+from functools import partial
+
+import numpy as np
 from rich.console import Console
 
 from llf_teacher.registry import PREFIX
@@ -9,19 +12,18 @@ from pz_envs.family import all_families
 
 def test_whatever_can_be_played_in_arrays_is_timed(monkeypatch):
     monkeypatch.setattr(throughput, "EPISODES", 2)
-    kinds = throughput._kinds
-    few = {"pool": 2}
+    kinds = throughput.kinds
 
     def small(horizons):
         """The same with small pools."""
         for kind in kinds(horizons):
-            make = kind.make
-            yield kind if kind.anew is None else kind._replace(make=lambda rows, make=make, **o: make(rows, **few | o))
+            yield kind if kind.anew is None else kind._replace(make=partial(kind.make, pool=2))
 
-    monkeypatch.setattr(throughput, "_kinds", small)
+    monkeypatch.setattr(throughput, "kinds", small)
+    monkeypatch.setattr(throughput, "_memory", throughput.resident)  # a process for each takes a while
     console = Console(width=200)
     with console.capture() as captured:
-        console.print(throughput.throughput(lambda name: None, rows=3, horizons=1, runs=1))
+        console.print(throughput.throughput(lambda name: None, rows=3, horizons=1, runs=1, many=3))
     lines = captured.get().splitlines()
     for family in all_families():
         found = [line.split() for line in lines if line.startswith(PREFIX + family.showcase[0])]
@@ -30,3 +32,10 @@ def test_whatever_can_be_played_in_arrays_is_timed(monkeypatch):
             numbers = [float(cell) for cell in row if cell.replace(".", "").isdigit()]
             assert len(numbers) == (6 if "pool" in family.batch_options() else 4)
             assert min(numbers) >= 0
+
+
+def test_memory_is_that_of_rows_alone():
+    """Whatever the process has beside them."""
+    kind = next(kind for kind in throughput.kinds() if "Bandit" in kind.name)
+    beside = np.ones(10_000_000)
+    assert 0 < throughput._memory(kind, 5000) < beside.nbytes / 5000 / 1000

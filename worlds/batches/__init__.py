@@ -11,7 +11,20 @@ import numpy.typing as npt
 from worlds.batches.streams import ALL, Bools, Floats, Ints, Rows, Streams
 from worlds.world import TruthT, World
 
-__all__ = ["ALL", "Bools", "Floats", "Ints", "Outcome", "Rows", "StateT", "WorldBatch", "chosen", "merged", "most"]
+__all__ = [
+    "ALL",
+    "Bools",
+    "Floats",
+    "Ints",
+    "Outcome",
+    "Rows",
+    "StateT",
+    "WorldBatch",
+    "chosen",
+    "merged",
+    "most",
+    "without",
+]
 
 StateT = TypeVar("StateT", bound=tuple[npt.NDArray[Any], ...])
 """A NamedTuple of arrays of shape (rows, ...)."""
@@ -84,22 +97,34 @@ class WorldBatch(ABC, Generic[TruthT, StateT]):
         """Begin to number observations, before the first `draw` or `load`.
 
         Args:
-            most: greatest number of observations of a row until the next `draw` or `load`.
+            most: greatest number of observations of a row until the next `draw`, `load` or `forget`.
 
         Returns:
-            `states`, or if that is None a bound on the numbers.
+            `states`, or if that is None a bound on the numbers until then.
         """
         if self.states is None:
             raise TypeError(f"{type(self).__name__} numbers no states")
         return self.states
 
+    def forget(self, rows: Ints, lost: Bools) -> int:
+        """Free the numbers of observations that will not be made again, and begin to count the others anew.
+
+        Args:
+            rows: the rows.
+            lost: which numbers are free, of shape (len(rows), bound).
+
+        Returns:
+            The bound on the numbers until the next call.
+        """
+        raise TypeError(f"{type(self).__name__} forgets no numbers")
+
+    @abstractmethod
     def place(self, rows: Rows = ALL) -> Ints:
         """The numbers of the observations in these rows, from 0; call `number_states` before."""
-        raise TypeError(f"{type(self).__name__} numbers no states")
 
+    @abstractmethod
     def seen(self, row: int, place: int) -> Any:
         """The observation in a row for which `place` returns this number."""
-        raise TypeError(f"{type(self).__name__} numbers no states")
 
 
 def merged(old: StateT, rows: Rows, new: StateT) -> StateT:
@@ -112,6 +137,24 @@ def merged(old: StateT, rows: Rows, new: StateT) -> StateT:
         array[rows] = after
         both.append(array)
     return type(old)(*both)
+
+
+def without(table: npt.NDArray[Any], rows: Ints, lost: Bools, columns: int, nothing: float = 0.0) -> npt.NDArray[Any]:
+    """A table of numbered observations with nothing for those that are lost, and with so many columns.
+
+    Args:
+        table: of shape (all rows, numbers, ...); it is changed.
+        rows: the rows that lose some.
+        lost: which, of shape (len(rows), numbers).
+        columns: the bound on the numbers from now on.
+        nothing: what stands for nothing.
+    """
+    for number in range(lost.shape[1]):  # one by one, as a copy of the rows takes memory
+        table[rows[lost[:, number]], number] = nothing
+    if columns == lost.shape[1]:
+        return table
+    more = np.full((len(table), columns - lost.shape[1], *table.shape[2:]), nothing, table.dtype)
+    return np.concatenate([table, more], axis=1)
 
 
 def chosen(table: npt.NDArray[Any], columns: Ints) -> npt.NDArray[Any]:

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from worlds.batches import ALL, Floats, Ints, Outcome, Rows, WorldBatch, merged
+from worlds.batches import ALL, Bools, Floats, Ints, Outcome, Rows, WorldBatch, merged, without
 from worlds.batches.streams import Streams
 from worlds.optimization import SCALE, TOLERANCE, Landscape, Loss, Optimization, Truth
 
@@ -114,7 +114,7 @@ class OptimizationBatch(WorldBatch[Truth, State]):
         """Set the proposals."""
         parts = (np.array([truth[i] for truth in truths]) for i in range(3))
         self.state = merged(self.state, rows, State(*parts))
-        self._forget(rows)
+        self._begin(rows)
 
     def draw(self, rows: Ints, rng: np.random.Generator) -> None:
         """Draw first points, and shifts if the option `shift` is set."""
@@ -124,7 +124,7 @@ class OptimizationBatch(WorldBatch[Truth, State]):
         shift = rng.uniform(low, high, shape) if world.options["shift"] else np.zeros(shape)
         fresh = State(x, np.zeros(len(rows)), shift)
         self.state = merged(self.state, rows, fresh._replace(y=self.landscapes(fresh).value((x[:, 0], x[:, 1]))))
-        self._forget(rows)
+        self._begin(rows)
 
     def truth(self, state: State, row: int) -> Truth:
         """The proposal, its loss as the scalar world has it to the last bit, and the shift."""
@@ -133,24 +133,33 @@ class OptimizationBatch(WorldBatch[Truth, State]):
         return Truth((x1, x2), Landscape(self.world.loss, shift).value(x1, x2), shift)
 
     def number_states(self, most: int) -> int:
-        """Number the proposals of each row in the order of their first appearance."""
-        self._known, self._count = np.full((self.rows, most, 2), np.nan), np.zeros(self.rows, np.int64)
-        return most
+        """Give each new proposal of a row the lowest free number."""
+        bound = 2 * most  # so that few need more
+        self._known, self._most = np.full((self.rows, bound, 2), np.nan), most
+        return bound
 
-    def _forget(self, rows: Ints) -> None:
+    def _begin(self, rows: Ints) -> None:
         if hasattr(self, "_known"):
-            self._known[rows], self._count[rows] = np.nan, 0
+            self._known[rows] = np.nan
+
+    def forget(self, rows: Ints, lost: Bools) -> int:
+        """Free numbers; the bound grows if proposals that may come again need it."""
+        kept = int(np.count_nonzero(~lost, axis=1).max())
+        bound: int = max(lost.shape[1], kept + self._most)
+        self._known = without(self._known, rows, lost, bound, np.nan)
+        return bound
 
     def place(self, rows: Rows = ALL) -> Ints:
         """The numbers of the proposals."""
-        here, x = np.arange(self.rows)[rows], self.state.x[rows]
-        same = (self._known[here, : self._count[here].max() + 1] == x[:, None]).all(2)
-        new = np.flatnonzero(~same.any(1))
-        fresh = here[new]
-        self._known[fresh, self._count[fresh]] = x[new]
-        self._count[fresh] += 1
-        place: Ints = same.argmax(1)
-        place[new] = self._count[fresh] - 1
+        x1, x2 = self.state.x[rows].T
+        place = np.full(len(x1), -1)
+        for number in range(self._known.shape[1]):  # one by one, as all at once take much memory
+            known = self._known[rows, number]
+            place[(known[:, 0] == x1) & (known[:, 1] == x2)] = number
+        new = np.flatnonzero(place < 0)
+        those = np.arange(self.rows)[rows][new]
+        place[new] = np.isnan(self._known[those, :, 0]).argmax(1)
+        self._known[those, place[new]] = self.state.x[those]
         return place
 
     def seen(self, row: int, place: int) -> dict[str, Floats]:

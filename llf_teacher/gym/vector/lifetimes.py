@@ -11,7 +11,7 @@ from pz_envs.teacher_view import SUBSET_BITS
 from teachers.atoms import HN, HP, KINDS
 from teachers.batches import Said
 from teachers.session import BIT
-from worlds.batches import Bools, Floats, Ints, Rows
+from worlds.batches import Bools, Floats, Ints, Rows, without
 
 
 class Lifetimes:
@@ -40,6 +40,11 @@ class Lifetimes:
         for array in (self.episode, self.success, self.optimal, self.skill, self.visits, self.advised):
             array[rows] = 0
         self.here[rows] = places
+
+    def forget(self, rows: Ints, lost: Bools, states: int) -> None:
+        """Forget states that will not come again, bool (len(rows), states); `states` is their number from now on."""
+        self.visits = without(self.visits, rows, lost, states)
+        self.advised = without(self.advised, rows, lost, states)
 
     def arrive(self, rows: Ints, places: Ints) -> None:
         """Count the current states."""

@@ -3,7 +3,7 @@
 import inspect
 from abc import abstractmethod
 from collections import deque
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, ClassVar
 
@@ -87,7 +87,11 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
         self.mode = AutoresetMode(autoreset_mode)
         self.metadata = {**self.metadata, "autoreset_mode": self.mode}
         self.worlds, self.oracle = self.family.make_batch(num_envs, **self.settings.options)
-        wanted = wanted_kinds(self.settings.feedback_type, self.instead)
+        if (feedback_type := self.settings.feedback_type) == MIXED:  # drawn anew in each turn
+            raise ValueError(
+                f"feedback_type 'm' is not supported in arrays; allowed: a, n, or kinds; 'm': {self.instead}"
+            )
+        wanted = np.uint8(sum(BIT[kind] for kind in parse_kinds(feedback_type)))
         self.teacher = TeacherBatch(self.oracle, self.settings.teacher, wanted, num_envs, self.max_turns, self.instead)
         """The teachers, in arrays."""
         self._past: deque[Moments[Any]] = deque(maxlen=self.teacher.past)  # the latest first
@@ -320,21 +324,6 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
     @abstractmethod
     def _infos(self) -> dict[str, Any]:
         """The infos of all rows."""
-
-
-def wanted_kinds(feedback_type: str | Iterable[str], instead: str) -> np.uint8:
-    """The kinds of a feedback type, as a subset's number.
-
-    Args:
-        feedback_type: `a`, `n`, or kinds.
-        instead: what supports `m`, for the error.
-
-    Raises:
-        ValueError: the feedback type is `m`, which is drawn anew in each turn, or not allowed at all.
-    """
-    if feedback_type == MIXED:
-        raise ValueError(f"feedback_type 'm' is not supported in arrays; allowed: a, n, or kinds; 'm': {instead}")
-    return np.uint8(sum(BIT[kind] for kind in parse_kinds(feedback_type)))
 
 
 def legal(space: spaces.Space[Any], actions: Any, rows: int) -> npt.NDArray[Any]:

@@ -6,6 +6,7 @@ from typing import Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
+from gymnasium import spaces
 from gymnasium.vector import AutoresetMode
 
 from llf_teacher.gym.lifetime import NEAR
@@ -29,26 +30,12 @@ from worlds.batches.streams import Streams
 
 _PRICES = ("cost", "budget", "teacher_reward")
 _USED = SHOWN | {"teacher", "feedback_type", *_PRICES, "teacher_numbers", "max_turns", "until_success"}
-Paid = Callable[[Moments[Any], Floats], Floats]
-"""The teacher's reward of turns, given the moments and their regret."""
-
-
-def _student_reward(moments: Moments[Any], regret: Floats) -> Floats:
-    return moments.reward
-
-
-def _student_progress(moments: Moments[Any], regret: Floats) -> Floats:
-    return -regret
-
-
-def _success_minus_cost(moments: Moments[Any], regret: Floats) -> Floats:
-    return (moments.over & moments.success).astype(np.float64)
-
-
-REWARDS: dict[str, Paid] = {
-    function.__name__.lstrip("_"): function for function in (_student_reward, _student_progress, _success_minus_cost)
+REWARDS: dict[str, Callable[[Moments[Any], Floats], Floats]] = {
+    "student_reward": lambda moments, _: moments.reward,
+    "student_progress": lambda _, regret: -regret,
+    "success_minus_cost": lambda moments, _: (moments.over & moments.success).astype(np.float64),
 }
-"""The named rewards of `pz_envs.rewards` in arrays."""
+"""The named rewards of `pz_envs.rewards` in arrays: of turns, given the moments and their regret."""
 
 
 class TeacherVectorEnv(RowsEnv):
@@ -61,7 +48,8 @@ class TeacherVectorEnv(RowsEnv):
     Args:
         env_id: an id of `llf_teacher.ids()` whose family can be played in arrays.
         num_envs: number of rows.
-        student: a spec string or a `Student` with a form in arrays.
+        student: a spec string or a `Student` with a form in arrays; None: `q_learning(trust=1.0)`, or `obedient` where
+            actions are points of a box.
         settings: of the lessons; None: the defaults, in a lifetime with `until_success=True`.
         actions, episodes, vary, announce: as in `TeacherEnv`.
         autoreset_mode: one of Gymnasium's.
@@ -84,7 +72,7 @@ class TeacherVectorEnv(RowsEnv):
         num_envs: int = 1,
         *,
         settings: Settings | None = None,
-        student: str | Student = "q_learning(trust=1.0)",
+        student: str | Student | None = None,
         actions: str = "all",
         episodes: int = 1,
         vary: Mapping[str, Any] | None = None,
@@ -92,17 +80,18 @@ class TeacherVectorEnv(RowsEnv):
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
         **keywords: Unpack[SettingsKeywords],
     ) -> None:
-        spec = parse_student(student)
         check_flags(announce=announce)
         if not is_count(episodes):
             raise ValueError(f"episodes must be an integer of at least 1, got {episodes!r}")
         until_success = episodes > 1
         super().__init__(env_id, num_envs, settings, keywords, autoreset_mode, used=_USED, until_success=until_success)
+        space = self.worlds.world.action_space
+        default = "q_learning(trust=1.0)" if isinstance(space, spaces.Discrete) else "obedient"
+        spec = parse_student(default if student is None else student)
         reward = self.settings.teacher_reward
         if not isinstance(reward, str) or reward not in REWARDS:
             raise ValueError(f"in arrays there is no such reward: {unknown('teacher_reward', reward, REWARDS)}")
-        space = self.worlds.world.action_space
-        states = self.worlds.number_states(episodes * (self.max_turns + 1))
+        states = self.worlds.number_states(self.max_turns + 1)
         self._pupil_streams = Streams(np.zeros(num_envs, np.uint64))
         self.students = students(spec, Seats(num_envs, states, space, self._pupil_streams, self.teacher.late))
         """The students, in arrays."""
@@ -113,7 +102,7 @@ class TeacherVectorEnv(RowsEnv):
             check_vary(spec, self._vary)
         self.actions, self.episodes, self.announce = actions, episodes, announce
         self.cost, self.budget = self.settings.cost, self.settings.budget
-        self._reward = REWARDS[reward]
+        self._reward = reward
         self.lives = Lifetimes(num_envs, states, episodes)
         """The statistics of the lifetimes."""
         self.spent = np.zeros(num_envs, np.int64)
@@ -228,7 +217,7 @@ class TeacherVectorEnv(RowsEnv):
         actions = self.students.act(rows, places, self.moments.reward[rows], self._spoken.heard(rows, said))
         self._act(actions, rows if len(rows) < self.num_envs else slice(None))
         regret = self._stakes.regret(self.moments)  # of the states before
-        reward[rows] += self._reward(self.moments, regret)[rows]
+        reward[rows] += REWARDS[self._reward](self.moments, regret)[rows]
         self.lives.acted(rows, regret[rows] <= NEAR)
         self.lives.arrive(rows, self.worlds.place(rows))
 
@@ -244,8 +233,13 @@ class TeacherVectorEnv(RowsEnv):
         if len(on):
             self.worlds.state = merged(self.worlds.state, on, self.worlds.taken(self._start, on))
             self._open(on)
-            self.students.begin(on)
             self.lives.arrive(on, self.worlds.place(on))
+            if self.worlds.states is None:
+                lost = self.students.lost(on)
+                bound = self.worlds.forget(on, lost)
+                self.lives.forget(on, lost, bound)
+                self.students.forget(on, lost, bound)
+            self.students.begin(on)
 
     def _observe(self) -> Any:
         moments = self.moments

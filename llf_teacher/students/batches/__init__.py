@@ -133,6 +133,14 @@ class StudentBatch(ABC, Generic[S]):
     def finish(self, rows: Ints, places: Ints, rewards: Floats, terminated: Bools, heard: HeardBatch) -> None:
         """Learn from the end of an episode; arguments as of `act`, and whether the states are terminal."""
 
+    def lost(self, rows: Ints) -> Bools:
+        """Which states will not come again, bool (len(rows), states), after `finish`; where there are ever new ones."""
+        raise TypeError(f"{self.spec} loses no states")
+
+    def forget(self, rows: Ints, lost: Bools, states: int) -> None:
+        """Forget them; `states` is the number of states from now on."""
+        raise TypeError(f"{self.spec} loses no states")
+
     @abstractmethod
     def teach(self, policy: Policy[Any], row: int, turn: int, seen: Sequence[Any], here: int) -> None:
         """Copy the memory of a row into the policy of a student.

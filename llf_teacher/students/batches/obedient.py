@@ -12,7 +12,7 @@ from llf_teacher.students.scene import HeardBatch
 from llf_teacher.students.student import Policy
 from teachers.atoms import FN, FP, HN, HP
 from teachers.session import BIT
-from worlds.batches import Bools, Floats, Ints
+from worlds.batches import Bools, Floats, Ints, without
 
 _OWN, _ADVISED = 0, 1
 """What a student holds for right in a state: an action of its own, found when it held none, and the advised one."""
@@ -35,8 +35,15 @@ class ObedientBatch(StudentBatch[Obedient]):
         self._space: Any = seats.space
         self._held = np.full((seats.rows, seats.states, 2, *shape), np.nan)
         self._right = np.zeros((seats.rows, seats.states, 2), bool)
+        self._returns = np.zeros((seats.rows, seats.states), bool)
+        """Whether a state may come again: only a point that was drawn, and not praised, never does."""
         self._place, self._action = np.zeros(seats.rows, np.int64), np.zeros((seats.rows, *shape))
-        self._acted = np.zeros(seats.rows, bool)
+        self._acted, self._drew = np.zeros(seats.rows, bool), np.zeros(seats.rows, bool)
+
+    def renew(self, rows: Ints) -> None:
+        """Begin like a new student of its kind."""
+        self._returns[rows] = False
+        super().renew(rows)
 
     def clear(self, rows: Ints) -> None:
         """Forget everything."""
@@ -49,7 +56,7 @@ class ObedientBatch(StudentBatch[Obedient]):
     def act(self, rows: Ints, places: Ints, rewards: Floats, heard: HeardBatch) -> npt.NDArray[Any]:
         """Learn from what is said, then act; the actions are float, of shape (n, ...)."""
         kinds, advised, warned = heard
-        self._hear(rows, kinds)
+        self._hear(rows, places, kinds)
         has = kinds & BIT[FP] > 0
         self._held[rows[has], places[has], _ADVISED] = advised[has]
         self._right[rows[has], places[has], _ADVISED] = True
@@ -61,6 +68,7 @@ class ObedientBatch(StudentBatch[Obedient]):
         low, high = self._space.low, self._space.high
         draws = [self.streams.random(rows[tries]) for _ in low]
         actions[tries] = low + (high - low) * np.stack(draws, 1)
+        self._drew[rows] = ~right[:, _ADVISED]
         self.take(rows, places, actions)
         return actions
 
@@ -70,14 +78,27 @@ class ObedientBatch(StudentBatch[Obedient]):
 
     def finish(self, rows: Ints, places: Ints, rewards: Floats, terminated: Bools, heard: HeardBatch) -> None:
         """Learn from the last words of an episode."""
-        self._hear(rows, heard.kinds)
+        self._hear(rows, places, heard.kinds)
         self._acted[rows] = False
 
-    def _hear(self, rows: Ints, kinds: Ints) -> None:
-        """Learn from the verdict on the last action, if there was one."""
+    def lost(self, rows: Ints) -> Bools:
+        """Points that were drawn, unless they will be proposed again."""
+        lost: Bools = ~self._returns[rows]
+        return lost
+
+    def forget(self, rows: Ints, lost: Bools, states: int) -> None:
+        """Forget what was right there."""
+        self._held = without(self._held, rows, lost, states, np.nan)
+        self._right = without(self._right, rows, lost, states)
+        self._returns = without(self._returns, rows, lost, states)
+
+    def _hear(self, rows: Ints, places: Ints, kinds: Ints) -> None:
+        """Learn from the verdict on the last action, if there was one, which has led to these places."""
         for kind, right in ((HP, True), (HN, False)):
             judged = rows[self._acted[rows] & (kinds & BIT[kind] > 0)]
             self._judge(judged, self._place[judged], self._action[judged], right)
+        praised = self._right[rows, self._place[rows], _OWN] & (not self.spec.forget)
+        self._returns[rows, places] |= praised | ~(self._acted[rows] & self._drew[rows])
 
     def _judge(self, rows: Ints, places: Ints, actions: npt.NDArray[Any], right: bool) -> None:
         same = (self._held[rows, places] == actions[:, None]).all(2)

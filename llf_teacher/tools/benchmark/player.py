@@ -75,7 +75,7 @@ def original(scripts: Sequence[Script], id: str) -> Times:
     bare = _world(id)
     times = [_steps(bare.original(actions, seed), [(seed, actions)]) for seed, actions in scripts]
     steps, resets, cpu, _ = zip(*times, strict=True)
-    return Times([*chain(*steps)], [*chain(*resets)], sum(cpu), _peak())
+    return Times([*chain(*steps)], [*chain(*resets)], sum(cpu), peak())
 
 
 def tictactoe(scripts: Sequence[Script]) -> Times:
@@ -140,7 +140,7 @@ def study(scripts: Sequence[Script], id: str, spec: str) -> Times:
         cpu, wall = process_time() - started, perf_counter() - begin
         turns = sum(row["turns"] for row in results.rows())
         del results  # closes the file; `close` is newer than some installations
-    return Times([wall / turns] * turns, [0.0], cpu, _peak())
+    return Times([wall / turns] * turns, [0.0], cpu, peak())
 
 
 def record(scripts: Sequence[Script], id: str, personality: str) -> tuple[list[str], ...]:
@@ -201,7 +201,7 @@ def _steps(env: Any, scripts: Sequence[Script]) -> Times:
             if any(ended):
                 break
         cpu += process_time() - started
-    return Times(steps, resets, cpu, _peak())
+    return Times(steps, resets, cpu, peak())
 
 
 def _turns(env: Any, episodes: Iterator[tuple[int, Callable[[Any, str], Any]]]) -> Times:
@@ -222,7 +222,7 @@ def _turns(env: Any, episodes: Iterator[tuple[int, Callable[[Any, str], Any]]]) 
             env.step(action)
             steps.append(perf_counter() - begin)
         cpu += process_time() - started
-    return Times(steps, resets, cpu, _peak())
+    return Times(steps, resets, cpu, peak())
 
 
 def _actors(actions: Sequence[Any], silent: bool) -> Callable[[Any, str], Any]:
@@ -259,7 +259,8 @@ def _written(value: Any) -> str:
     return repr(value.tolist() if hasattr(value, "tolist") else value)
 
 
-def _peak() -> float:
+def peak() -> float:
+    """Greatest resident memory of this process so far, in MB."""
     try:  # unlike `getrusage`, this does not count memory of the parent process
         status = Path("/proc/self/status").read_text(encoding="ascii")
         return int(status.partition("VmHWM:")[2].split()[0]) / 1024
