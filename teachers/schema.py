@@ -19,7 +19,17 @@ from teachers.phrasebook import Phrasebook
 from teachers.spec import Range, unknown
 from worlds.world import World
 
-__all__ = ["LONGEST_TEXT", "Message", "Vocabulary", "find_message", "holds", "in_own_words", "names_of", "sentences_of"]
+__all__ = [
+    "LONGEST_TEXT",
+    "Message",
+    "Vocabulary",
+    "find_message",
+    "holds",
+    "in_own_words",
+    "names_of",
+    "sentences_of",
+    "storable",
+]
 
 
 TYPE = "type"
@@ -283,6 +293,11 @@ def in_own_words(atoms: Sequence[Atom], text: str, voice: Phrasebook) -> Utteran
             pairs[i] = j
     order = sorted(range(len(atoms)), key=lambda i: (pairs.get(i, MOST_ITEMS), i))
     return Utterance(text, tuple(atoms[i]._replace(text=sentences[pairs[i]] if i in pairs else "") for i in order))
+
+
+def storable(text: str) -> str:
+    """A text from outside without lone surrogates, which no file takes: a question mark stands for each."""
+    return text.encode("utf-8", "replace").decode()
 
 
 def sentences_of(text: str) -> list[str]:

@@ -2,6 +2,8 @@
 
 from typing import NamedTuple
 
+from teachers.schema import storable
+
 REASONS = ("raised", "time", "memory", "died")
 """The agent raised an error, took too long, took too much memory, or its process ended."""
 _LONGEST = 2_000, 20_000  # characters of a failure's message and traceback
@@ -20,7 +22,7 @@ class Failure(NamedTuple):
 def failure(reason: str, error: str, trace: str = "") -> Failure:
     """A failure whose texts can be stored: of bounded length, without lone surrogates."""
     longest, longest_trace = _LONGEST
-    error, trace = (text.encode("utf-8", "replace").decode() for text in (error, trace))
+    error, trace = storable(error), storable(trace)
     return Failure(
         reason,
         error if len(error) <= longest else error[: longest - 3] + "...",

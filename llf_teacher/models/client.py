@@ -5,6 +5,7 @@ import importlib.util
 import ipaddress
 import json
 import os
+import re
 import threading
 import time
 import warnings
@@ -24,15 +25,17 @@ from llf_teacher.models.replies import FILTERED, Answer, Prices, Usage, read, se
 from llf_teacher.models.retries import PassingError, asked_for, may_pass, pause
 from llf_teacher.models.settings import BUDGET, RETRIES, TIMEOUT, ClientSettings
 from llf_teacher.models.waiting import loop, wait_for
+from teachers.schema import storable
 from worlds.extras import pip_install
 
 _TOKENS = 1e6  # prices are per million
 _EXCERPT = 300
+_TEXTS = ("raw", "reasoning", "finish", "model", "call")  # of an answer
 _IMAGE = 10_000  # tokens that an image of 512 pixels costs at most, beside its bytes
 _UNSENT = ("ConnectError", "ConnectTimeout")  # causes of errors before a request is sent, of any release of `httpx`
 _SECRET = 8  # minimum length of a key to mask; a shorter one may be in a text by chance
 _WAITS = 300.0  # seconds, more than all pauses between attempts
-_OF_ALL = (401, 403, 404, 408, 409, 429)  # statuses about key, address or time, not about the request
+_OF_ALL = (401, 402, 403, 404, 408, 409, 429)  # statuses about key, address or time, not about the request
 _LOOK = 5.0  # seconds to ask an endpoint for its models
 _PAUSE = 0.1  # seconds between two attempts to reserve money
 
@@ -57,6 +60,7 @@ class Endpoint:
         from llf_teacher.models.http import BoundedClient
 
         self.base_url, self._settings, self._name = base_url, settings, name
+        self._secret = _written(settings.key) if len(settings.key) >= _SECRET else None
         self._served: dict[str, str] = {}
         if settings.key and _is_open(base_url):
             warnings.warn(f"the API key goes to {base_url} for everyone to read; use https", UserWarning, stacklevel=2)
@@ -112,7 +116,8 @@ class Endpoint:
         try:
             async with asyncio.timeout(_LOOK):
                 reply = await self._client.models.with_raw_response.list()
-            return served(reply.content.decode("utf-8", "replace"), model)
+            found = served(reply.content.decode("utf-8", "replace"), model)
+            return None if found is None else self._clean(found)
         except Exception:  # an endpoint need not have a list
             return None
 
@@ -158,15 +163,10 @@ class Endpoint:
             reply, unsent = self._reply(request, sent)
             charged = not is_page(reply)
             answer, usage = read(reply, prices)
-            self._compare(whole, "" if answer is None else answer.model)
             if answer is not None:
-                answer = replace(
-                    answer,
-                    raw=self._clean(answer.raw),
-                    reasoning=self._clean(answer.reasoning),
-                    seconds=round(time.monotonic() - started, 3),
-                    unsent=unsent,
-                )
+                texts = {name: self._clean(getattr(answer, name)) for name in _TEXTS}
+                answer = replace(answer, **texts, seconds=round(time.monotonic() - started, 3), unsent=unsent)
+            self._compare(whole, "" if answer is None else answer.model)
         finally:
             if charged or sent.lost:
                 self._cache.add(key, whole, answer, usage, pledge, sent)
@@ -237,6 +237,11 @@ class Endpoint:
         status = getattr(error, "status_code", None)
         wait = error.response.headers.get("retry-after") if status else None  # type: ignore[attr-defined]
         text = " ".join(dict.fromkeys(filter(None, map(str, [error] if status else _causes(error)))))
+        body = getattr(error, "body", None)
+        if (
+            body and text == f"Error code: {status}" and not is_page(f"{body}")
+        ):  # of a form that the client does not know
+            text += f" - {body}"
         then = f"; it asks to wait {wait} seconds" if wait else UNREACHED if _is_unsent(error) else hint(status, text)
         return f"{type(error).__name__}: {self._clean(text)[:_EXCERPT]}{then}"
 
@@ -270,10 +275,13 @@ class Endpoint:
 
     def _clean(self, text: str) -> str:
         """The text without the key, which an endpoint may repeat, and without lone surrogates."""
-        key = self._settings.key
-        if len(key) >= _SECRET:
-            text = text.replace(key, "***")
-        return text.encode("utf-8", "replace").decode()
+        return storable(text if self._secret is None else self._secret.sub("***", text))
+
+
+def _written(key: str) -> re.Pattern[str]:
+    """The key as it is, and as JSON may escape it in an answer that is JSON in JSON."""
+    escaped = r"\\{0,8}"  # bounded, so that time is linear
+    return re.compile("".join(rf"{escaped}(?:{re.escape(each)}|(?<=\\)u00(?i:{ord(each):02x}))" for each in key))
 
 
 def length_of(request: Mapping[str, Any]) -> int | None:

@@ -4,19 +4,20 @@ import re
 
 from llf_teacher.models.settings import KEY
 
-_PAGE = re.compile(r"\s*<(!doctype|html|head|body)\b", re.I)
 _HINTS = (
     ((401, 403), "", f"set {KEY}"),
+    ((402,), "", "the account of the key has no money left"),
     ((404, 405), "", "give another model, or another base_url, which often ends in /v1"),
     ((400, 422), r"\bmodel\b.{0,80}\b(not found|not exist|unknown|invalid)", "give another model"),
     (
         (400, 413, 422, 500),
-        r"context.{0,9}(length|size|window)|prompt.{0,9}too long|too many.{0,9}tokens",
-        "give a smaller max_prompt_tokens or history",
+        r"context.{0,9}(length|size|window)|(prompt|request).{0,9}too (long|large)|too many.{0,9}tokens"
+        r"|exceed.{0,30}number of tokens|reduce.{0,9}(length|size)",
+        "give a smaller history, or a student a smaller max_prompt_tokens",
     ),
     (
         (400, 404, 422, 500),
-        r"response_format|json_schema|structured output|grammar|tool_choice|support.{0,30}\btools?\b",
+        r"response_format|json_schema|invalid schema|structured output|grammar|tool_choice|support.{0,30}\btools?\b",
         "give another answer, such as answer='text'",
     ),
     ((200,), r"\A\s*<", "this is a web page; give another base_url, which often ends in /v1"),
@@ -44,4 +45,4 @@ def hint(status: int | None, text: str) -> str:
 
 def is_page(reply: str) -> bool:
     """Whether a reply is a web page, which no model wrote."""
-    return _PAGE.match(reply) is not None
+    return reply.lstrip().startswith("<")

@@ -4,6 +4,7 @@ The caller may be in any thread, also in a notebook whose own loop is running.
 """
 
 import asyncio
+import contextlib
 import inspect
 import os
 import threading
@@ -21,17 +22,28 @@ def loop() -> asyncio.AbstractEventLoop:
     with _lock:
         if os.getpid() not in _loops:
             _loops[os.getpid()] = started = asyncio.new_event_loop()
-            threading.Thread(target=started.run_forever, name="llf-waiting", daemon=True).start()
+            threading.Thread(target=_run, args=(started,), name="llf-waiting", daemon=True).start()
         return _loops[os.getpid()]
 
 
+def _run(loop: asyncio.AbstractEventLoop) -> None:
+    while True:  # a coroutine that exits, or stops the loop, does not end those of others
+        with contextlib.suppress(SystemExit, KeyboardInterrupt):
+            loop.run_forever()
+
+
 def wait_for(coroutine: Coroutine[Any, Any, T]) -> T:
-    """The result of a coroutine, or its exception; an interrupt cancels the coroutine."""
+    """The result of a coroutine, or its exception; an interrupt cancels the coroutine.
+
+    Raises:
+        RuntimeError: the coroutine raised SystemExit or KeyboardInterrupt, which would end this process.
+    """
     future = asyncio.run_coroutine_threadsafe(coroutine, loop())
     try:
         return future.result()
-    except BaseException:
-        future.cancel()
+    except BaseException as error:
+        if not future.cancel() and isinstance(error, SystemExit | KeyboardInterrupt):
+            raise RuntimeError(f"a coroutine must not end the process, got {error!r}; raise another error") from error
         raise
 
 

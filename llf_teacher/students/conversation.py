@@ -268,7 +268,7 @@ def texts_of(prompts: Path | str | None) -> dict[str, str]:
             f"prompts must be {', '.join(PRESETS)}, or a folder with any of {', '.join(names)}, got {f'{prompts}'!r}"
         )
     paths = {name: (folder if (folder / name).is_file() else PROMPTS) / name for name in names}
-    texts = {name: path.read_text("utf-8") for name, path in paths.items() if path.is_file()}
+    texts = {name: path.read_text("utf-8-sig") for name, path in paths.items() if path.is_file()}
     seen: dict[str, dict[str, Any]] = {SYSTEM: {"instruction": "", "example": "", "answer": "text"}, TURN: _NO_TURN}
     for name, values in seen.items():
         try:
@@ -291,11 +291,13 @@ def _examples(texts: dict[str, str]) -> list[tuple[str, str]]:
     for number, line in enumerate(texts.get(EXAMPLES, "").splitlines(), 1):
         try:
             question, answer = itemgetter("question", "answer")(json.loads(line))
+            answer = answer if isinstance(answer, str) else json.dumps(answer, ensure_ascii=False)
+            (question + answer).encode()
         except (ValueError, LookupError, TypeError, RecursionError):
             raise ValueError(
-                f"{EXAMPLES}:{number} must be an object with question and answer, got {line:.60}"
+                f"{EXAMPLES}:{number} must be an object with question, a text, and answer, got {line:.60}"
             ) from None
-        found.append((f"{question}", answer if isinstance(answer, str) else json.dumps(answer, ensure_ascii=False)))
+        found.append((question, answer))
     return found
 
 

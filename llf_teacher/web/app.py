@@ -32,6 +32,7 @@ from llf_teacher.web.stored import PAGE, search
 from llf_teacher.web.views import links, picture, state
 from pz_envs.seats import STUDENT, TEACHER
 from teachers.personality import PERSONALITIES
+from teachers.schema import storable
 
 __all__ = ["make_app"]
 
@@ -334,7 +335,7 @@ def _text(given: Mapping[str, Any], name: str) -> str:
     text = given.get(name)
     if not isinstance(text, str) or len(text) > LONGEST:
         raise ValueError(f"{name} must be a text of at most {LONGEST} characters, got {text!r:.60}")
-    return text.encode("utf-8", "replace").decode()  # lone surrogates cannot be stored
+    return storable(text)
 
 
 async def _refused(request: Request, error: Exception) -> Response:

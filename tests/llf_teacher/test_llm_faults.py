@@ -44,6 +44,7 @@ class Fault(NamedTuple):
 
 FAULTS = [
     Fault("a wrong key", error("Incorrect API key.", 401)),
+    Fault("an empty account", error("Insufficient credits.", 402)),
     Fault("an unknown model", error("The model 'm' does not exist.", 404)),
     Fault("a wrong path", Reply(404, "<html>Not Found</html>")),
     Fault("a web page", Reply(200, "<!doctype html><html>Sign in</html>")),
@@ -110,6 +111,70 @@ def test_all_that_may_be_charged_is_on_the_ledger(tmp_path):
             assert asked.ask(REQUEST | {"seed": number}, (1.0, 1.0)) == NORTH
     (found,) = spending(f"{tmp_path / 'c.db'}")
     assert (found["sent"], found["requests"], found["lost"], found["unpriced"]) == (6, 6, 3, 3)
+
+
+HINTS = {
+    "a text as the error": (Reply(400, '{"error": "response_format is unknown to me"}'), "answer='text'"),
+    "a detail": (Reply(422, '{"detail": [{"loc": ["body", "response_format"], "msg": "extra"}]}'), "answer='text'"),
+    "plain text": (Reply(400, "context length exceeded"), "smaller history"),
+    "all fields": (error("Invalid schema: all fields must be required"), "answer='text'"),
+    "Gemini": (
+        error("The input token count (9) exceeds the maximum number of tokens allowed (8)."),
+        "give a smaller history, or a student a smaller max_prompt_tokens",
+    ),
+    "Groq": (error("Please reduce the length of the messages or completion."), "smaller history"),
+    "413": (error("Request too large for model m in tokens per minute", 413), "smaller history"),
+}
+
+
+@pytest.mark.parametrize("what", HINTS)
+def test_what_is_refused_names_the_setting(what):
+    """In whatever form the error comes; it is quoted, and fails its episode alone."""
+    reply, expected = HINTS[what]
+    with ScriptedEndpoint(lambda request: reply) as server, pytest.raises(NoAnswerError, match=expected) as caught:
+        endpoint(server.url).ask(REQUEST)
+    said = json.loads(reply.body) if reply.body.startswith("{") else reply.body
+    while isinstance(said, dict | list):
+        said = list(said.values())[-1] if isinstance(said, dict) else said[-1]
+    assert said in f"{caught.value}"
+
+
+def test_an_empty_account_stops_the_study():
+    with (
+        ScriptedEndpoint(lambda request: error("Insufficient credits", 402)) as server,
+        pytest.raises(LLMError, match=r"Insufficient credits; the account of the key has no money left") as caught,
+    ):
+        endpoint(server.url).ask(REQUEST)
+    assert not isinstance(caught.value, NoAnswerError)
+
+
+def test_a_page_that_begins_with_a_comment_is_not_paid(tmp_path):
+    with (
+        ScriptedEndpoint(lambda request: Reply(200, "\n<!-- proxy --><html>Sign in</html>")) as server,
+        pytest.raises(LLMError, match="this is a web page"),
+    ):
+        endpoint(server.url, tmp_path / "c.db", retries=1).ask(REQUEST)
+    assert ledger(tmp_path / "c.db") == []
+
+
+ESCAPED = "".join(f"\\u{ord(each):04X}" for each in KEY)
+
+
+@pytest.mark.parametrize("key", [KEY, ESCAPED, ESCAPED.replace("\\", "\\\\"), KEY.replace("-", "\\-")])
+def test_no_escape_hides_the_key(tmp_path, key):
+    """What an endpoint repeats of it is masked before it is kept, in each of an answer's texts; so are surrogates."""
+    reply = Reply(body=completion(f"Go {key}.\ud800", {"model": key, "messages": []}, reasoning_content=key))
+    with ScriptedEndpoint(lambda request: reply) as server:
+        for _ in range(2):
+            found = endpoint(server.url, tmp_path / "c.db").answer(REQUEST)
+            assert (found.raw, found.reasoning, found.model) == ("Go ***.?", "***", "***")
+    assert not files_with(KEY, tmp_path)
+
+
+def test_many_backslashes_take_linear_time():
+    long = "\\" * 500_000
+    with ScriptedEndpoint(lambda request: long) as server:
+        assert endpoint(server.url, timeout=60.0).ask(REQUEST) == long
 
 
 def test_a_limit_counts_what_was_cut_at_the_most_that_it_may_cost(tmp_path):

@@ -1,5 +1,6 @@
 """What an endpoint may do to its clients: take long, send much, count wrongly, refuse; and what a client may spend."""
 
+import asyncio
 import contextlib
 import json
 import os
@@ -266,6 +267,23 @@ def test_one_may_wait_in_a_process_that_was_forked():
     if child == 0:
         os._exit(0 if wait_for(one()) == 1 else 1)
     assert os.waitpid(child, 0)[1] == 0
+
+
+@pytest.mark.parametrize("error", [SystemExit(3), KeyboardInterrupt()])
+def test_a_coroutine_that_exits_is_an_error_of_its_own(error):
+    async def leave():
+        raise error
+
+    async def one():
+        return 1
+
+    async def all_of(*coroutines):
+        return await asyncio.gather(*coroutines)
+
+    for leaving in (leave(), all_of(leave())):
+        with pytest.raises(RuntimeError, match=r"must not end the process, got (SystemExit|KeyboardInterrupt)\("):
+            wait_for(leaving)
+        assert wait_for(one()) == 1, "the loop is alive"
 
 
 def test_a_streamed_answer():

@@ -286,10 +286,28 @@ def test_examples_stand_before_the_conversation(tmp_path, answer):
     assert parse_student(f"llm(model='m'{student})") != made, "the digest has the examples"
 
 
-@pytest.mark.parametrize("line", ["[]", "north", '{"question": "Where?"}', "[" * 100_000])
+def test_examples_may_begin_with_a_byte_order_mark(tmp_path):
+    (tmp_path / "examples.jsonl").write_text('{"question": "?", "answer": "north"}', "utf-8-sig")
+    assert len(Conversation(prompts=tmp_path)._examples) == 1
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "[]",
+        "north",
+        '{"question": "Where?"}',
+        "[" * 100_000,
+        '{"question": 1, "answer": "north"}',
+        '{"question": "\\ud800", "answer": "north"}',
+        '{"question": "?", "answer": "\\ud800"}',
+    ],
+)
 def test_examples_that_are_none(tmp_path, line):
     (tmp_path / "examples.jsonl").write_text(f'{{"question": "?", "answer": "!"}}\n{line}', "utf-8")
-    with pytest.raises(ValueError, match=r"examples\.jsonl:2 must be an object with question and answer, got "):
+    with pytest.raises(
+        ValueError, match=r"examples\.jsonl:2 must be an object with question, a text, and answer, got "
+    ):
         Conversation(prompts=tmp_path)
 
 
@@ -327,6 +345,25 @@ def test_a_student_remembers_its_lifetime():
     last = contents(server.requests[2])[-1]
     assert last.startswith("A new episode of the same task begins.\n\nThe teacher says: ")
     assert "in turn 1? You have 2 turns left" in last
+
+
+def test_a_note_that_is_withheld_is_none():
+    def reply(request):
+        asked = request["messages"][-1]["content"]
+        return (
+            Reply(body=completion(None, finish="content_filter")) if asked.startswith("The episode is over") else "no"
+        )
+
+    with ScriptedEndpoint(reply) as server:
+        student = f"llm(model='m', base_url='{server.url}', memory=5)"
+        env = llf_teacher.TeacherEnv(GRIDWORLD, student=student, episodes=2, max_turns=2)
+        env.reset(seed=1)
+        over = False
+        while not over:
+            _, _, terminated, truncated, _ = env.step(31)
+            over = terminated or truncated
+    assert [len(request["messages"]) for request in server.requests] == [2, 4, 6, 2, 4]
+    assert not any("Your notes" in request["messages"][0]["content"] for request in server.requests)
 
 
 @pytest.mark.parametrize("answer", ANSWERS)

@@ -7,6 +7,7 @@ from typing import Any, cast
 import gymnasium
 import numpy as np
 
+from llf_teacher.models import NoAnswerError
 from llf_teacher.models.model import AsksModel, Model
 from llf_teacher.models.replies import Answer
 from llf_teacher.students.conversation import Conversation, Message, check_options, digest_of, texts_of
@@ -26,7 +27,10 @@ class _Policy(TalkingPolicy["LLM"]):
         self._model = Model(self.spec.settings, self.rng)
         self._last: Answer | None = None
         if self._goes_on and (most := self.spec.memory):
-            self.talk.note(self._model.answer(self.talk.review(most)).text, most)
+            try:
+                self.talk.note(self._model.answer(self.talk.review(most)).text, most)
+            except NoAnswerError:  # withheld: it goes on without notes
+                self.talk.note("", most)
         super().begin()
 
     def converse(self) -> Conversation:
@@ -78,7 +82,8 @@ class LLM(AsksModel, Student):
     """Number of the latest turns that are sent with their images, if there are any."""
     extra: dict[str, Any] | None = None
     memory: int = 0
-    """Words that it may write down after an episode, which replace the conversation in its next one; 0: none."""
+    """Words that it may write down after an episode, which replace the conversation in its next one; 0: none. Without
+    an answer to that, as where a filter withholds it, nothing is written down."""
 
     reads = "words"
     text = True
