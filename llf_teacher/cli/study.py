@@ -361,6 +361,8 @@ def _play_and_report(
         for line in costs.cost_lines(store):
             console.print(line)
         console.print(f"Played {played} episodes; {path} now has {store.count}.")
+        if not played and any(":" in spec for spec in (*study.teachers, *study.students)):
+            console.print("All were there: if the code of an agent has changed since, give another --store.")
         if store.count:
             console.print("Writing the report ...")
             data = write_report(store, study, report)

@@ -1,6 +1,7 @@
 """`llf suite`: what a student can do with feedback, or what a teacher is worth, as a card."""
 
 import os
+import warnings
 from pathlib import Path
 from typing import Annotated
 
@@ -83,7 +84,10 @@ def suite(
     role, before = ("student", estimate) if teacher is None else ("teacher", estimate_teacher)
     plays = before(student or teacher or "", only or (), quick, key)
     console.print(f"The {role} plays {plays}, less what {store} has already.")
-    with Progress(console=console, transient=True) as progress:
+    if store.exists() and ":" in (student or teacher or ""):
+        console.print("If your code has changed since, give another --store: episodes are known by their spec.")
+    with Progress(console=console, transient=True) as progress, warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message=r"\d+ of \d+ episodes failed")  # the card says it
         task = progress.add_task("episodes", total=None)
         found = (take if teacher is None else mirror.take)(
             student if teacher is None else teacher,
@@ -95,7 +99,7 @@ def suite(
             lambda done, total: progress.update(task, completed=done, total=total),
             turn_seconds,
         )
-    table = Table("ability", "score", "p", "finds", title=found.student, caption=FINDS)
+    table = Table(found.scored, "score", "p", "finds", title=found.student, caption=FINDS)
     for each in found.lines:
         table.add_row(each.ability, each.words, each.chance, each.power)
     console.print(table)
@@ -105,6 +109,8 @@ def suite(
     for path in card or ():
         found.write(path)
         console.print(f"Card: {path.resolve()}")
+    if found.failures:
+        raise typer.Exit(3)
 
 
 Card_ = Annotated[Path, typer.Argument(help="JSON file of a card.", exists=True, dir_okay=False)]

@@ -19,8 +19,11 @@ from teachers.spec import unknown
 
 FORMATS = (".json", ".md", ".svg", ".html")
 """The suffixes of files that a card can be written to."""
-FINDS = "finds: the least contrast, in the unit of the scores, that the test finds with a power of 0.8."
-"""What a card says of its column of that name."""
+FINDS = (
+    "p: that the lessons compared are alike, by Holm's method; finds: the least contrast, in the unit of the scores, "
+    "that the test finds with a power of 0.8."
+)
+"""What a card says of its columns of these names."""
 _ALPHA, _HALF = 0.05, 0.5
 
 
@@ -106,7 +109,7 @@ class Card:
 
     role: ClassVar[str] = "student"
     about: ClassVar[str] = "what it can do with feedback"
-    scale: ClassVar[str] = "0: takes no notice, 1: as the reference"
+    scored: ClassVar[str] = "ability"
 
     @classmethod
     def ability_of(cls, name: str) -> str:
@@ -154,17 +157,19 @@ class Card:
             (each for each in named if each.high is not None and each.high < _HALF), key=lambda e: e.high or 0
         )
         unmeasured = [each for each in self.lines if each.score is None]
+        if len(unmeasured) == len(self.lines):
+            return ["Nothing was measured."]
         said = [
             f"The {self.role} {shown[0].ability}: {shown[0].words}."
             if shown
-            else "No ability differs significantly from none."
+            else f"No {self.scored} differs significantly from none."
         ]
         weak = "; ".join(f"{each.ability} ({each.words})" for each in lacking[:3])
         if lacking:
             said.append(f"Less than half of what the reference has: {weak}.")
-        elif len(unmeasured) < len(self.lines):
+        else:
             said.append("Of what was measured it has half or more.")
-        names = ", ".join(each.name for each in unmeasured)
+        names = "; ".join(each.ability for each in unmeasured)
         said.append(f"Not measured: {names}." if unmeasured else "Everything was measured.")
         return said
 
@@ -195,7 +200,7 @@ class Card:
 
     def as_markdown(self) -> str:
         """The card as a table, with its sentences and settings."""
-        heads = ("ability", "score", "p", "finds", "by environment")
+        heads = (self.scored, "score", "p", "finds", "by environment")
         rows = [
             (
                 f"{each.name}: {each.ability}",
@@ -229,13 +234,14 @@ class Card:
         from llf_teacher.studies.report.plots import STYLE, Pane, panel_plot
 
         file, rows, dots = io.StringIO(), [], {}
+        scale = "0: none of it, 1: as the reference"
         for each in self.lines:
             rows.append(each.ability if each.score is not None else f"{each.ability} (not measured)")
             if each.score is not None:
                 low, high = (math.nan if end is None else end for end in (each.low, each.high))
                 dots[each.ability, self.role] = Estimate(each.score, low, high, each.seeds)
         with style.context(STYLE):
-            figure = panel_plot([Pane(f"{self.student:.70}", self.scale, dots)], rows, [self.role], "score")
+            figure = panel_plot([Pane(f"{self.student:.70}", scale, dots)], rows, [self.role], "score")
             figure.axes[0].axvline(1, color="0.5", linestyle=":", zorder=0)
             figure.savefig(file, format="svg", metadata={"Date": None})
         return file.getvalue()

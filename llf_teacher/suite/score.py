@@ -37,8 +37,8 @@ class Arms(NamedTuple):
         unit = self.unit_worse - self.unit_better
         if self.missing:
             return self.missing
-        if np.isnan([self.better, self.worse]).any():
-            return f"{int(np.isnan([self.better, self.worse]).any(axis=0).sum())} of {len(unit)} seeds were not played"
+        if (lacking := np.isnan([self.better, self.worse]).any(axis=0)).any():
+            return f"{lacking.sum()} of {len(unit)} seeds failed or were not played"
         if self.unread > UNREAD:
             return f"{self.unread:.0%} of the answers were no actions"
         if len(unit) < LEAST:

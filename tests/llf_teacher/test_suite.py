@@ -7,6 +7,7 @@ from pkgutil import iter_modules
 
 import numpy as np
 import pytest
+from commands import llf
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
@@ -80,7 +81,7 @@ def test_the_interval_has_the_noise_of_the_unit():
         (arms(0.0, 0.5, noise=0.1), "nothing left to save"),
         (arms(5, 10, unread=0.6), "60% of the answers were no actions"),
         (arms(5, 10, n=4), "4 seeds are too few"),
-        ({"here": Arms(*np.array([[1.0, np.nan], [2, 2], [0, 0], [5, 5]]))}, "1 of 2 seeds were not played"),
+        ({"here": Arms(*np.array([[1.0, np.nan], [2, 2], [0, 0], [5, 5]]))}, "1 of 2 seeds failed or were not played"),
     ],
 )
 def test_what_was_not_measured_says_why(given, why):
@@ -147,6 +148,18 @@ def test_a_file_for_the_card_is_checked_before_the_suite_is_played(tmp_path):
     assert not store.exists()
 
 
+def test_of_own_code_the_command_says_what_it_cannot_know_and_failed_episodes_end_it_with_3(tmp_path):
+    (tmp_path / "tired.py").write_text(
+        "class Tired:\n    def act(self, observation):\n        raise ValueError('tired')\n"
+    )
+    command = ("suite", "--student", "tired:Tired", "--quick", "--only", "advice", "--store", "own.db", "--workers", 1)
+    first, second = (llf(*command, cwd=tmp_path) for _ in range(2))
+    assert (first.returncode, second.returncode) == (3, 3)
+    assert "If your code has changed" not in first.stderr
+    assert "If your code has changed" in second.stderr
+    assert "32 episodes failed" in " ".join(second.stdout.split()) + " ".join(second.stderr.split())
+
+
 def test_a_student_that_draws_worlds_is_left_out_where_it_cannot(store):
     (line,) = take("reasoner(worlds=4)", store, ["silence"], workers=1).lines
     assert list(line.places) == ["llf-bandits-BanditTenArmedRandomFixed-v0"]
@@ -181,9 +194,9 @@ def test_an_agent_that_raises_is_not_measured(store):
         card = take(Broken, store, ["advice"], quick=True, workers=1)
     (line,) = card.lines
     assert line.score is None
-    assert "seeds were not played" in line.why
+    assert "seeds failed or were not played" in line.why
     assert "out of order" in card.error
-    assert "Not measured: advice" in card.sentences()[-1]
+    assert card.sentences() == ["Nothing was measured."]
 
 
 class Flaky:
@@ -217,7 +230,7 @@ def test_an_agent_that_hangs_is_not_measured(tmp_path):
     with pytest.warns(RuntimeWarning, match="failed"):
         card = take("faulty:Sleepy", tmp_path / "it.db", ["advice"], True, workers=1, turn_seconds=0.5)
     assert 0 < card.failures < 6
-    assert "of 8 seeds were not played" in card.lines[0].why
+    assert "of 8 seeds failed or were not played" in card.lines[0].why
     assert "0.5" in card.error
 
 

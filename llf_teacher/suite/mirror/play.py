@@ -42,7 +42,7 @@ class TeacherCard(Card):
 
     role: ClassVar[str] = "teacher"
     about: ClassVar[str] = "what it is worth to known students"
-    scale: ClassVar[str] = "0: nothing of it, 1: as the reference"
+    scored: ClassVar[str] = "quality"
 
     @classmethod
     def ability_of(cls, name: str) -> str:
@@ -202,7 +202,7 @@ def _scored(quality: Quality, teacher: str, lessons: _Lessons, seeds: Sequence[i
             continue
         if any(len(row) < len(seeds) for row in worlds):
             missing = len(seeds) - min(map(len, worlds))
-            why[id] = f"{missing} of {len(seeds)} worlds were not played"
+            why[id] = f"{missing} of {len(seeds)} worlds failed or were not played"
             continue
         outcomes = [quality.outcome(row) for row in worlds[: len(quality.teachers)]]  # without silence
         found[id] = np.array([*outcomes, np.zeros(len(seeds))][:3])
