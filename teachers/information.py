@@ -180,8 +180,8 @@ class DrawnWorld:
         """The moment of a turn, as it is in this world."""
         action, reward, after, success, _ = self.draw[turn]
         before = None if action is None else self.draw[turn - 1].truth
-        _, acted, _, _, _, *rest = self._moments[turn]
-        return Moment(before, acted, reward, after, success, *rest)  # faster than `_replace`
+        own = self._moments[turn]  # `_replace` takes half as long again
+        return Moment(before, own.action, reward, after, success, own.turn, own.over, own.ask_cost)
 
 
 class Information:

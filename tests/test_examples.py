@@ -1,5 +1,6 @@
 """The examples run, shortened."""
 
+import importlib
 import json
 import os
 import re
@@ -7,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 ROOT = Path(__file__).parents[1]
@@ -217,6 +219,36 @@ def test_suite_gallery(tmp_path):
     assert float(found) > 0.9
     assert len(list((tmp_path / "cards").glob("*.json"))) == len(students)
     assert (tmp_path / "it.png").stat().st_size > 10_000
+
+
+@pytest.mark.full
+def test_teacher_gallery(tmp_path):
+    files = ("--store", tmp_path / "it.db", "--plot", tmp_path / "it.png", "--cards", tmp_path / "cards")
+    out = printed("teacher_gallery", "--worlds", 5, "--only", "oracle", "teacher_gallery:Learning", *files)
+    assert re.findall(r"^\| `(oracle|teacher_gallery:Learning)` \| 1.00 \|", out, re.MULTILINE) == [
+        "oracle",
+        "teacher_gallery:Learning",
+    ]
+    assert len(list((tmp_path / "cards").glob("*.json"))) == 2
+    assert (tmp_path / "it.png").stat().st_size > 10_000
+
+
+def test_the_check_of_the_mirror_finds_what_is_wrong(monkeypatch):
+    """Scores as they should be have no faults; each rule has scores that break it."""
+    monkeypatch.syspath_prepend(ROOT / "examples")
+    check = importlib.import_module("check_mirror")
+    size = len(check.DEFECTS)
+    sound, strengths = np.ones((size, size)), np.tile([1.0, 0.6, 0.3, 0.0], (size, 1))
+    spoilt = 1 - np.eye(size)
+    names = list(check.DEFECTS)
+    assert check.faults(sound, spoilt, strengths) == []
+    weak, wide, rising = spoilt.copy(), spoilt.copy(), strengths.copy()
+    weak[0, 0], rising[1, 3] = 0.3, 0.5
+    wide[names.index("remains"), names.index("truth")] = 0.7
+    wide[names.index("truth"), names.index("worth")] = 0.0  # declared
+    assert check.faults(sound, weak, strengths) == ["truth: its defect takes 0.70 of 1.00"]
+    assert check.faults(sound, spoilt, rising) == ["calibration: the score does not fall with strength"]
+    assert check.faults(sound, wide, strengths) == ["truth: falls by 0.30 without remains, and does not declare it"]
 
 
 @pytest.mark.full

@@ -193,7 +193,12 @@ class Bandit(World[Truth, Any, int]):
         return int(action)
 
     def advance(self, action: int) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """Pull an arm: one uniform draw and, where payouts spread, a normal one."""
+        """See `pull`."""
+        reward, success = self.pull(action)
+        return self.observe() if self.law else 0, reward, False, False, {"success": success}
+
+    def pull(self, action: int) -> tuple[float, bool]:
+        """The reward of an arm, and whether it is best: one uniform draw and, where payouts spread, a normal one."""
         chances, payouts, spread, _, _, _ = self._truth
         reward = 0.0
         if self.np_random.random() < chances[action]:
@@ -201,7 +206,7 @@ class Bandit(World[Truth, Any, int]):
             if spread:
                 low, high = self.reward_range
                 reward = min(max(reward + spread * float(self.np_random.standard_normal()), low), high)
-        return self.observe() if self.law else 0, reward, False, False, {"success": action in self._best}
+        return reward, action in self._best
 
     def observe(self) -> Any:
         """Always 0; in a town the looks of each arm."""

@@ -154,21 +154,25 @@ class Posterior(ABC, Generic[TruthT, WorldT]):
         lab.restore(opening)
         lab.np_random = rng
         played = [turns[0]._replace(truth=opening)]
+        success, outcome = turns[0].success, self.outcome
         if wanted and seen(lab) != wanted[0]:
             return None
-        for i, turn in enumerate(turns[1:], 1):
-            reward, success = turn.reward, played[-1].success
-            if turn.action is not None:
-                _, reward, _, _, info = lab.advance(turn.action)
-                success = info["success"]
-            if turn.reward_known:
-                if not self.chancy and reward != turn.reward:
+        for i, (action, reward, _, _, known) in enumerate(turns[1:], 1):
+            if action is not None:
+                paid, success = outcome(action)
+                if not known:
+                    reward = paid
+                elif not self.chancy and reward != paid:
                     return None
-                reward = turn.reward
             if wanted and seen(lab) != wanted[i]:
                 return None
-            played.append(WorldTurn(turn.action, reward, lab.truth, success, turn.reward_known))
+            played.append(WorldTurn(action, reward, lab.truth, success, known))
         return tuple(played)
+
+    def outcome(self, action: Any) -> tuple[float, bool]:
+        """Take an action in the lab: its reward, and whether the world says that it succeeds."""
+        _, reward, _, _, info = self.lab.advance(action)
+        return reward, info["success"]
 
 
 def random_walk(world: World[Any], steps: int, rng: np.random.Generator) -> Iterator[WorldTurn[Any]]:

@@ -104,6 +104,10 @@ class BanditPosterior(Posterior[Truth, Bandit]):
 
     chancy = True
 
+    def outcome(self, action: int) -> tuple[float, bool]:
+        """What a pull pays; the looks of a town's arms, which `advance` would show, stay the same."""
+        return self.lab.pull(action)
+
     def openings(self, turns: Sequence[WorldTurn[Truth]], rng: np.random.Generator) -> Iterator[Truth]:
         """Draw the arms."""
         seen, problem = self._seen(turns), self.lab.problem
