@@ -3,6 +3,7 @@
 import copy
 import itertools
 import math
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from operator import itemgetter
@@ -174,6 +175,12 @@ def _sentence(template: str, frame: bool) -> Sentence:
     return Sentence(template)
 
 
+HEDGE = re.compile(
+    r"\b(?:probably|perhaps|presumably|likely|might(?! as well)|probability|percent)\b|%|^\W*maybe\b|\bmaybe\W*$", re.I
+)
+"""Words of people that hedge a sentence. In others "maybe" may be about a part of it, as in "west, and maybe north"."""
+
+
 class SentenceReading(NamedTuple):
     """What a sentence of others says, as far as it was read."""
 
@@ -231,6 +238,8 @@ class LayeredReader:
         found: list[SentenceReading] = []
         at = 0
         for reading, (begin, end) in self._phrases_in(text):
+            if text[at:begin].rstrip().endswith(":"):
+                continue  # what leads to it may take it back
             found += map(self._sentence, sentences_of(text[at:begin]))
             found.append(reading)
             at = end
@@ -258,6 +267,8 @@ class LayeredReader:
         nearest = self._near.read(sentence)
         if nearest.claim is None:
             return SentenceReading(sentence, "", None, {}, None, nearest.candidates)
+        if HEDGE.search(re.sub('"[^"]*"', "", sentence)):
+            return SentenceReading(sentence, "", None, {}, None, (nearest.claim,), hedged=True)
         return SentenceReading(sentence, "near", self._classes[nearest.claim], nearest.slots, None, ())
 
 

@@ -23,9 +23,11 @@ from pz_envs.family import own_families
 from pz_envs.reading import make_reader
 from teachers.near import Near, load_synonyms
 from teachers.oracles.bandits import Pull
+from teachers.oracles.gridworld import Go
 from teachers.reading import own_phrases
 from teachers.schema import Vocabulary
 from teachers.templates import Template
+from worlds.gridworld import Direction
 
 FAMILIES = {each.name: each for each in own_families()}
 FILES = sorted((Path(__file__).parents[1] / "reading").glob("*.txt"))
@@ -92,6 +94,23 @@ def test_a_word_that_turns_the_sense_is_never_overlooked():
         for denied in ("Never: {}", "It would be wrong: {}", "{} Not!"):
             text = denied.format(Template(phrase).format(Pull(action=3)))
             assert reader(BANDITS)._near.read(text).claim != "Pull", text
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["probably go west", "go west, probably", "Perhaps head south.", "It might be good to go north."],
+)
+def test_what_is_hedged_in_words_of_ones_own_is_no_flat_claim(text):
+    (found,) = reader(GRID).read(text)
+    assert (found.layer, found.claim, found.hedged, found.candidates) == ("", None, True, ("Go",))
+
+
+def test_what_leads_to_a_phrase_may_take_it_back():
+    (phrase, *_) = FAMILIES[GRID].phrasebook("plain").templates(Go)
+    text = Template(phrase).format(Go(action=Direction.WEST))
+    for before in ("Never listen when I say: ", "Do not do this: ", "Wrong: "):
+        assert "Go" not in [claim for _, claim, _ in read(GRID, before + text)]
+    assert read(GRID, f"Look. {text}")[1:] == [("exact", "Go", {"action": "west"})]
 
 
 @pytest.mark.parametrize("text", ["the loss rose from 5 to 3", "the loss fell from 3 to 5", "the loss rose, 5 and 5"])
