@@ -32,7 +32,7 @@ from typing import NamedTuple
 
 import numpy as np
 from search_a_teacher import CASES, LEARNED, NEAR, Line, Weighed, listed, over_trainings, read
-from teacher_seats import ADVICE, MISTAKE, SETTING, TRIAL, Policy, accompanied, near_mistakes
+from teacher_seats import ADVICE, SETTING, TRIAL, Policy, accompanied, keywords, look, near_mistakes
 
 import llf_teacher
 from llf_teacher.studies.analysis.statistics import Difference, holm, mean_interval, paired_differences
@@ -130,27 +130,15 @@ def of_students(lifetimes: int) -> Iterator[Line]:
 
 def one_by_one(policy: Policy, student: str, seeds: Iterable[int]) -> np.ndarray:
     """As `accompanied`, in the scalar game, whose students have traits."""
-    env = llf_teacher.TeacherEnv(
-        SETTING.id,
-        student=student,
-        episodes=SETTING.episodes,
-        max_turns=SETTING.turns,
-        feedback_type="fp",
-        budget=SETTING.budget,
-        cost=0.0,
-        teacher_reward="student_progress",
-        announce=True,
-        **SETTING.world,
-    )
+    env = llf_teacher.TeacherEnv(SETTING.id, **keywords(SETTING._replace(student=student)))
     regrets = []
     for seed in seeds:
         observation, _ = env.reset(seed=seed)
         regrets.append(0.0)
         done = False
         while not done:
-            chooses = observation["lifetime"][MISTAKE] > 0 and observation["action_mask"][ADVICE] > 0
-            seen = np.concatenate([observation["features"], observation["lifetime"]])[None]
-            speaks = chooses and bool(np.all(policy(seen)))
+            seen, decides = look(observation)
+            speaks = decides and np.all(policy(seen[None]))
             observation, reward, terminated, truncated, _ = env.step(ADVICE if speaks else 0)
             regrets[-1] -= float(reward)
             done = terminated or truncated

@@ -65,7 +65,8 @@ for rows in ROWS:
     timers["FourRooms, step by step"], timers["FourRooms, all steps in one loop"] = four_rooms(rows, steps)
     rounds = [{name: once() for name, once in timers.items()} for _ in range(ROUNDS)]
     for name in timers:
-        table.setdefault(name, []).append(f"{median(each[name] for each in rounds):.4g}")
+        found = median(each[name] for each in rounds)
+        table.setdefault(name, []).append(f"{found:.2f}" if found >= 0.1 else f"{found:.2g}")
 print(f"| M steps a second, by rows | {' | '.join(f'{rows:,}' for rows in ROWS)} |\n|---{'|---' * len(ROWS)}|")
 for name, cells in table.items():
     print(f"| {name} | {' | '.join(cells)} |")

@@ -4,6 +4,7 @@
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from teaching_on_a_budget import SETTINGS, Setting
@@ -24,36 +25,41 @@ Policy = Callable[[np.ndarray], np.ndarray | bool]
 """What rows see, float32 (rows, 14), to whether to speak, bool (rows,)."""
 
 
+def keywords(setting: Setting) -> dict[str, Any]:
+    """The arguments of a teacher's seat over lifetimes, with advice as the only kind."""
+    return {
+        "student": setting.student,
+        "episodes": setting.episodes,
+        "max_turns": setting.turns,
+        "feedback_type": "fp",
+        "budget": setting.budget,
+        "cost": 0.0,
+        "teacher_reward": "student_progress",
+        "announce": True,
+        "vary": setting.vary,
+        **setting.world,
+    }
+
+
+def look(observation: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """The 14 numbers that a seat sees, or each row, and whether a mistake is announced that it may correct."""
+    seen = np.concatenate([observation["features"], observation["lifetime"]], axis=-1)
+    return seen, (observation["lifetime"][..., MISTAKE] > 0) & (observation["action_mask"][..., ADVICE] > 0)
+
+
 class Seats:
-    """Teachers' seats over lifetimes, with advice as the only kind; to decide is whether to correct a mistake that has
-    been announced, or to let it happen.
-    """  # noqa: D205
+    """Teachers' seats over lifetimes in arrays; to decide is whether to correct an announced mistake."""
 
     def __init__(self, setting: Setting, seeds: Sequence[int], pool: int = 16_384) -> None:
         """Lifetimes of these seeds, and further ones where they end, in houses of a pool of this size."""
-        self.env = llf_teacher.TeacherVectorEnv(
-            setting.id,
-            len(seeds),
-            student=setting.student,
-            episodes=setting.episodes,
-            max_turns=setting.turns,
-            feedback_type="fp",
-            budget=setting.budget,
-            cost=0.0,
-            teacher_reward="student_progress",
-            announce=True,
-            vary=setting.vary,
-            **setting.world,
-            **({"pool": pool} if setting.id == SETTING.id else {}),
-        )
+        pooled = {"pool": pool} if setting.id == SETTING.id else {}
+        self.env = llf_teacher.TeacherVectorEnv(setting.id, len(seeds), **keywords(setting), **pooled)
         self._look(self.env.reset(seed=list(seeds))[0])
 
     def _look(self, observation: Mapping[str, np.ndarray]) -> None:
-        self.seen = np.concatenate([observation["features"], observation["lifetime"]], axis=1)
+        self.seen, decides = look(observation)
         """What each row sees."""
-        self.choosing = np.flatnonzero(
-            (observation["lifetime"][:, MISTAKE] > 0) & (observation["action_mask"][:, ADVICE] > 0)
-        )
+        self.choosing = np.flatnonzero(decides)
         """The rows in which there is something to decide."""
 
     def step(self, speaks: np.ndarray | bool) -> tuple[np.ndarray, np.ndarray]:
@@ -77,10 +83,10 @@ def accompanied(policy: Policy, setting: Setting, seeds: Iterable[int]) -> np.nd
 
 
 def lived(seats: Seats, policy: Callable[[np.ndarray, np.ndarray], np.ndarray | bool], setting: Setting) -> np.ndarray:
-    """The student's regret per episode in each of these lifetimes, by a policy that is told of which rows it sees."""
+    """The student's regret per episode in each of these lifetimes, by a policy of what rows see and their numbers."""
     regrets = np.zeros(seats.env.num_envs)
     living = np.ones(seats.env.num_envs, bool)
-    while living.any():  # who has ended is not looked at
+    while living.any():  # rows that have ended go on with other lifetimes, which do not count
         rows = seats.choosing
         reward, ended = seats.step(policy(seats.seen[rows], rows))
         regrets -= np.where(living, reward, 0)

@@ -28,7 +28,6 @@ EPISODES = 30
 MANY = 16_384
 """Number of rows for which memory is measured."""
 _HORIZONS = 12
-_ENDLESS = 1_000_000
 _ROUND = 50  # steps whose actions are drawn at once
 
 
@@ -44,8 +43,6 @@ class Kind(NamedTuple):
     """Number of horizons that are played."""
     anew: dict[str, Any] | None
     """Options that draw each world anew; None if that is always done."""
-    endless: dict[str, Any]
-    """Options under which no episode ends."""
 
 
 def throughput(
@@ -57,12 +54,11 @@ def throughput(
 ) -> Table:
     """A table of steps per second of CPU time, in millions, with fresh random actions: medians of runs, and ranges.
 
-    `M/s` includes autoresets at the family's own horizon, `steps alone` has no resets, `resets alone` has no steps.
-    `anew` draws each world anew instead of from a pool, and `pool s` is the time to make the pool, in seconds. `kB` is
-    what each of `many` rows adds to the greatest resident memory of a process, in its first lifetime and without a
-    pool; these two are of one run.
+    `M/s` includes autoresets at the family's own horizon. `anew` draws each world anew instead of from a pool, and
+    `pool s` is the time to make the pool, in seconds; equal options share one. `kB` is what each of `many` rows adds
+    to the greatest resident memory of a process, in its first lifetime and without a pool. These two are of one run.
     """
-    names = ("M/s", "steps alone", "resets alone", "anew", "pool s", "kB")
+    names = ("M/s", "anew", "pool s", "kB")
     table = Table("environment", *names, title=f"{rows} rows", title_justify="left", box=None, padding=(0, 2, 0, 0))
     for kind in kinds(horizons):
         progress(kind.name)
@@ -71,12 +67,10 @@ def throughput(
         begin = time.process_time()
         env.reset()
         made = time.process_time() - begin
-        steps = kind.horizon * kind.horizons
-        endless = kind.make(num_envs=rows, **kind.endless)
-        cells = [_median(runs, rate, env, steps), _median(runs, rate, endless, steps), _median(runs, _resets, env)]
-        anew = None if kind.anew is None else kind.make(num_envs=rows, **kind.anew)
-        cells.append("" if anew is None else _median(runs, rate, anew, kind.horizon))
-        cells.append("" if kind.anew is None else f"{made:.1f}")
+        cells = [_median(runs, env, kind.horizon * kind.horizons), "", ""]
+        if kind.anew is not None:
+            anew = kind.make(num_envs=rows, **kind.anew)
+            cells[1:] = _median(runs, anew, kind.horizon), f"{made:.1f}"
         table.add_row(kind.name, *cells, f"{_memory(kind, many):.1f}")
     return table
 
@@ -84,22 +78,22 @@ def throughput(
 def kinds(horizons: int = _HORIZONS) -> Iterable[Kind]:
     """CartPole, and both seats of all families that support arrays."""
     cartpole = partial(gymnasium.make_vec, "CartPole-v1", vectorization_mode="vector_entry_point")
-    yield Kind("CartPole-v1", cartpole, 30, horizons, None, {})
+    yield Kind("CartPole-v1", cartpole, 30, horizons, None)
     for family in all_families():
         if not family.world_batch:
             continue
         id, turns = PREFIX + family.showcase[0], family.max_turns + 1
         anew = {"pool": 0} if "pool" in family.batch_options() else None
-        yield Kind(id, partial(StudentVectorEnv, id), turns, horizons, anew, {"max_turns": _ENDLESS})
+        yield Kind(id, partial(StudentVectorEnv, id), turns, horizons, anew)
         world = family.make_world(**family.environments[family.showcase[0]])
         learns = isinstance(world.action_space, spaces.Discrete)
         student = STUDENT if learns else BELIEVER
         lives = partial(TeacherVectorEnv, id, student=student, episodes=EPISODES, announce=learns, budget=20)
-        yield Kind(f"{id}, lifetimes", lives, EPISODES * turns, 1, anew, {"episodes": _ENDLESS})
+        yield Kind(f"{id}, lifetimes", lives, EPISODES * turns, 1, anew)
 
 
-def _median(runs: int, figure: Callable[..., float], *arguments: Any) -> str:
-    return spread([figure(*arguments) for _ in range(runs)])
+def _median(runs: int, env: VectorEnv[Any, Any, Any], steps: int) -> str:
+    return spread([rate(env, steps) for _ in range(runs)])
 
 
 def rate(env: VectorEnv[Any, Any, Any], steps: int) -> float:
@@ -128,14 +122,6 @@ def _fresh(env: VectorEnv[Any, Any, Any]) -> "Iterator[np.ndarray[Any, Any]]":
         else:
             low, high = space.low, space.high  # type: ignore[attr-defined]  # the others are boxes
             yield rng.uniform(low, high, (env.num_envs, *(space.shape or ())))
-
-
-def _resets(env: VectorEnv[Any, Any, Any]) -> float:
-    """Resets of all rows per second, in millions."""
-    begin = time.process_time()
-    for _ in range(_HORIZONS):
-        env.reset()
-    return _HORIZONS * env.num_envs / (time.process_time() - begin) / 1e6
 
 
 def _memory(kind: Kind, rows: int) -> float:

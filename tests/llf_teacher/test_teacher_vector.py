@@ -231,21 +231,21 @@ def test_lessons_with_points_live_on_as_their_rows(id, life):
 @pytest.mark.parametrize("forget", [True, False])
 def test_long_lives_among_points_go_on_as_their_rows(forget):
     """Numbers of points that do not come again are used again, and more are added where many may come again."""
-    life = {"student": f"obedient(forget={forget})", "episodes": 14, "max_turns": 3}
-    check_lifetimes(POINTS[0], 4, 1, AutoresetMode.NEXT_STEP, **life)
+    life = {"student": f"obedient(forget={forget})", "episodes": 11, "max_turns": 3}
+    check_lifetimes(POINTS[0], 2, 1, AutoresetMode.NEXT_STEP, **life)
     batch = batch_of(POINTS[0], 40, **life)
     rng, bounds = np.random.default_rng(0), []
     for speaks in (0.0, 0.4):
         batch.reset(seed=0)
-        for _ in range(14 * 4 - 1):
+        for _ in range(11 * 4 - 1):
             batch.step(np.where(rng.random(40) < speaks, 0b01000, 0))
         bounds.append(batch.lives.visits.shape[1])
     assert bounds[0] == 2 * (3 + 1) < bounds[1]
 
 
 SWEEPS = [
-    *((id, LIVES, lived, 60, 2000) for id in TABULAR),
-    *((id, LIVES_OF_OTHERS, lived_by_others, 60, 2000) for id in TABULAR),
+    *((id, LIVES, lived, 60, 1000) for id in TABULAR),
+    *((id, LIVES_OF_OTHERS, lived_by_others, 60, 1000) for id in TABULAR),
     *((id, LIVES_AMONG_POINTS, proposed, 40, 400) for id in POINTS),
 ]
 """Ids, what is drawn of lives, the arguments of `check_lifetimes`, and how many are drawn and at least compared."""

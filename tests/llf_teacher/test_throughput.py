@@ -30,7 +30,7 @@ def test_whatever_can_be_played_in_arrays_is_timed(monkeypatch):
         assert bool(found) == bool(family.world_batch)
         for row in found:
             numbers = [float(cell) for cell in row if cell.replace(".", "").isdigit()]
-            assert len(numbers) == (6 if "pool" in family.batch_options() else 4)
+            assert len(numbers) == (4 if "pool" in family.batch_options() else 2)
             assert min(numbers) >= 0
 
 

@@ -364,6 +364,7 @@ def test_a_stream_can_be_copied(again):
             r"in arrays .*'sync' takes more.* does not use text from this seat; leave it out",
         ),
         ({"pool": -1}, "pool must be an integer from 0"),
+        ({"autoreset_mode": "next"}, "unknown autoreset_mode 'next'; .*NextStep"),
         ({"max_turns": 0}, r"max_turns \(or max_cycles\) must be an integer of at least 1, got 0"),
         ({"until_success": 1}, "until_success must be True or False"),
         ({"num_rooms": 1}, "num_rooms must be an integer from 2"),
@@ -400,8 +401,11 @@ def test_bad_actions_change_nothing(actions, message):
         batch.lesson(3)
     with pytest.raises(ValueError, match="reset option 'nonsense' is unknown"):
         batch.reset(options={"nonsense": 3})
-    with pytest.raises(ValueError, match="a list of 3 of these"):
-        batch.reset(seed=[1, 2])
+    for seed in ([1, 2], [0, -1, 2], [0, 1.5, 2], "abc", 1.5, -1):
+        with pytest.raises(
+            ValueError, match=r"seed must be None, an integer of at least 0 or a list of 3 of these, got"
+        ):
+            batch.reset(seed=seed)
 
 
 @pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])

@@ -23,7 +23,7 @@ from teachers.batches import Moments, Said
 from teachers.batches.teacher import TeacherBatch
 from teachers.feedback import MIXED, parse_kinds
 from teachers.session import BIT
-from teachers.spec import is_count
+from teachers.spec import is_count, unknown
 from worlds.batches import ALL, Bools, Floats, Ints, Rows, merged
 from worlds.batches.streams import Streams
 
@@ -84,6 +84,9 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
                 "vectorization_mode='sync'"
             )
         self.max_turns = self.settings.max_turns or self.family.max_turns
+        modes = [mode.value for mode in AutoresetMode]
+        if autoreset_mode not in (*AutoresetMode, *modes):
+            raise ValueError(unknown("autoreset_mode", autoreset_mode, modes))
         self.mode = AutoresetMode(autoreset_mode)
         self.metadata = {**self.metadata, "autoreset_mode": self.mode}
         self.worlds, self.oracle = self.family.make_batch(num_envs, **self.settings.options)
@@ -171,12 +174,18 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
         return np.flatnonzero(mask)
 
     def _seeds(self, seed: Any) -> list[int | None]:
+        seeds = seed
         if seed is None or isinstance(seed, int | np.integer):
-            return [None if seed is None else int(seed) + row for row in range(self.num_envs)]
-        seeds = list(seed)
-        if len(seeds) != self.num_envs:
-            raise ValueError(f"seed must be None, an integer or a list of {self.num_envs} of these, got {seed!r}")
-        return seeds
+            seeds = [None if seed is None else int(seed) + row for row in range(self.num_envs)]
+        if (
+            isinstance(seeds, str)
+            or not isinstance(seeds, Sequence | np.ndarray)
+            or len(seeds) != self.num_envs
+            or not all(each is None or (isinstance(each, int | np.integer) and each >= 0) for each in seeds)
+        ):
+            allowed = f"None, an integer of at least 0 or a list of {self.num_envs} of these"
+            raise ValueError(f"seed must be {allowed}, got {seed!r}")
+        return [None if each is None else int(each) for each in seeds]
 
     def step(self, actions: Any) -> tuple[Any, Floats, Bools, Bools, dict[str, Any]]:
         """Act in each row. After the end of an episode a row follows Gymnasium's autoreset mode.
