@@ -134,7 +134,7 @@ class ParallelSeats(ParallelEnv):
         """Let every agent act once; agents that wait for the next episode of a lifetime may be left out.
 
         Raises:
-            ValueError: an agent's action is missing, or is outside of its space; in the first case nothing has changed.
+            ValueError: an agent's action is missing, or is outside of its space; nothing has changed.
         """
         env = self.env
         waiting = {agent for agent in self.agents if "waits" in env.infos[agent]}  # for the next episode of a lifetime
@@ -142,7 +142,13 @@ class ParallelSeats(ParallelEnv):
             raise ValueError(
                 f"the actions lack {', '.join(missing)}; each agent that is left must act: {', '.join(self.agents)}"
             )
-        results = self._play({agent: action for agent, action in actions.items() if agent not in waiting})
+        acting = {agent: actions[agent] for agent in self.agents if agent not in waiting}
+        for agent, action in acting.items():
+            try:
+                env.check_action(agent, action)
+            except ValueError as error:
+                raise ValueError(f"{agent}: {error}") from error
+        results = self._play(acting)
         for agent in self.agents:
             if agent not in results:
                 reward = 0.0 if agent in waiting else env._cumulative_rewards[agent]  # it has been paid

@@ -1,7 +1,7 @@
 """The base of the AEC environments with seats for teachers and students."""
 
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -17,6 +17,7 @@ from pz_envs.settings import RENDER_MODES
 from pz_envs.student_view import StudentView, info_for
 from pz_envs.window import FPS, Renderer
 from teachers.atoms import Moment
+from teachers.schema import Message
 from teachers.session import Session
 from worlds.pictures.canvas import Frame
 from worlds.world import World
@@ -102,6 +103,20 @@ class SeatsEnv(AECEnv):
         self._show_masks()
         if self.render_mode == "human":
             self.render()
+
+    def check_action(self, agent: str, action: Any) -> None:
+        """Check that an agent can act so, without acting.
+
+        Raises:
+            ValueError: the action is outside the action space.
+        """
+        student = next((each.view for each in self.seated if each.student == agent), None)
+        if student is not None:
+            student.check(action)
+        elif not isinstance(action, Mapping | Message) and not self.action_space(agent).contains(action):
+            raise ValueError(
+                f"the action must be in {self.action_space(agent)}, got {action!r:.80}; the state is unchanged"
+            )
 
     def observe(self, agent: str) -> Any:
         """What an agent sees now."""

@@ -76,15 +76,28 @@ class StudentView:
             ValueError: the action is outside the action space; nothing has changed.
         """
         session = self.session
-        if session.ask_cost is not None:
-            if isinstance(action, str) and isinstance(self.action_space, spaces.Text):
-                action = split_thought(action)
-            asks, action = read_question(action, self.action_space)
-            if asks and not session.asked:
-                return session.ask()
-            if asks:
-                action = failure(ASK, session.world)
-        return session.act(action).reward
+        asks, action = self._parted(action)
+        if asks and not session.asked:
+            return session.ask()
+        return session.act(failure(ASK, session.world) if asks else action).reward
+
+    def check(self, action: Any) -> None:
+        """Check that the student can act so.
+
+        Raises:
+            ValueError: the action is outside the action space.
+        """
+        asks, action = self._parted(action)
+        if not asks:
+            self.session.read(action)
+
+    def _parted(self, action: Any) -> tuple[bool, Any]:
+        """Whether an action is a question, and the world's action in it."""
+        if self.session.ask_cost is None:
+            return False, action
+        if isinstance(action, str) and isinstance(self.action_space, spaces.Text):
+            action = split_thought(action)
+        return read_question(action, self.action_space)
 
     def state(self) -> Any:
         """The world as the student sees it; each action makes a new object, which is not copied here."""

@@ -7,7 +7,7 @@ import numpy as np
 from gymnasium import spaces
 
 from pz_envs.rewards import TeacherReward, parse_teacher_reward, student_reward
-from teachers.atoms import KINDS, ActionClaim, EditClaim, Moment, ParseFailure, PlanClaim, unhedged
+from teachers.atoms import KINDS, ActionClaim, EditClaim, ParseFailure, PlanClaim, unhedged
 from teachers.common import Late
 from teachers.session import BIT, CLAIMS, LONGEST, SUBSETS, Session
 from teachers.teacher import Teacher
@@ -127,19 +127,8 @@ class TeacherView:
         return {"state": session.world.describe(session.state), "action": "" if action is None else f"{action}"}
 
     def features(self) -> tuple[float, float, float, float, float]:
-        """Turn / max_turns, the last reward, importance of the next action, share of the budget left, 1 if over."""
-        moment: Moment[Any] = self.offer.moment
-        oracle, purse, reward = self.offer.teacher.oracle, self.offer.purse, moment.reward
-        importance, most = oracle.importance(moment.after), oracle.max_importance
-        if not self.low <= reward <= self.high:
-            reward = self.low if reward < self.low else self.high
-        return (
-            moment.turn / self.session.max_turns,
-            reward,
-            importance if importance <= most else most,
-            1.0 if purse.budget is None else purse.share,
-            moment.over,
-        )
+        """Those of the offer's moment, see `teachers.session.Offer.features`."""
+        return self.offer.features(self.offer.moment)
 
     def feature_bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Least and greatest values of the features, float32 arrays of shape (5,)."""

@@ -7,10 +7,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from teachers.atoms import KINDS
 from teachers.personality import Claims, Personality, Stage, View
 from teachers.session import BIT
-from teachers.spec import Count
 
 __all__ = ["ChoosesKinds"]
 
@@ -19,15 +17,11 @@ class _Choice(Stage["ChoosesKinds"]):
     """Asks the personality in each turn."""
 
     def speak(self, claims: Claims, view: View) -> Claims:
-        moment, said = view.moment, {claim.kind for claim in claims}
-        numbers = (
-            *(kind in said for kind in KINDS),
-            moment.turn / self.spec.max_turns,
-            moment.reward,
-            view.importance(),
-            1.0,
-            moment.over,
-        )
+        if view.seat is None:
+            raise ValueError(
+                f"{self.spec} needs a lesson, whose turns are known; play it in a Session or an environment"
+            )
+        numbers = view.seat.numbers(view.moment, {claim.kind for claim in claims}, view.asked)
         subset = self.spec.choose(np.array(numbers, np.float32))
         return [claim for claim in claims if claim.kind is None or subset & BIT[claim.kind]]
 
@@ -37,11 +31,9 @@ class ChoosesKinds(Personality, ABC):
     """Says the kinds of feedback that `choose` returns, of what the oracle, or the personality before it, has to say.
 
     A subclass overrides `choose`. It sees what a teacher with `speech="kinds"` and `teacher_numbers=True` observes in
-    an episode without a budget: `available`, then `features`.
+    an episode: `available`, then `features`; where the student can ask, `asked` is the first.
     """
 
-    max_turns: Count = 20
-    """The student's turns in an episode, as where the teacher was trained."""
     stage = _Choice
 
     @property
@@ -54,5 +46,5 @@ class ChoosesKinds(Personality, ABC):
         """The subset of the kinds to say, 0 to 31, bit i for kind i.
 
         Args:
-            numbers: float32 of shape (10,).
+            numbers: float32 of shape (10,), or (11,) where the student can ask.
         """

@@ -16,7 +16,7 @@ Nothing else advances a taught world or makes a teacher judge or speak. Environm
 
 import copy
 import operator
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from functools import cached_property
 from typing import Any, NamedTuple, Protocol
 
@@ -30,6 +30,7 @@ from teachers.atoms import (
     ActionClaim,
     Atom,
     Claim,
+    FeedbackType,
     Moment,
     ParseFailure,
     Utterance,
@@ -145,10 +146,13 @@ class Offer:
         teacher: its oracle sees the truth; its personality chooses the claims.
         purse: several offers can share one.
         speaker: the seat of the teacher, where several teachers speak; else empty.
+        max_turns: the student's turns in an episode.
+        answers: whether the student can ask.
     """
 
-    def __init__(self, teacher: Teacher, purse: Purse, speaker: str = "") -> None:
+    def __init__(self, teacher: Teacher, purse: Purse, speaker: str, max_turns: int, answers: bool) -> None:
         self.teacher, self.purse, self.speaker = teacher, purse, speaker
+        self.max_turns, self.answers = max_turns, answers
         self.moment: Moment[Any]
         self.said: str | None = None
         """What the teacher has said of the moment; None if it has yet to speak."""
@@ -219,6 +223,20 @@ class Offer:
         if self._kinds < 0:
             self._kinds = kinds_of(self.claims())
         return self._kinds if self.purse.budget is None or self.purse.left else 0
+
+    def features(self, moment: Moment[Any]) -> tuple[float, float, float, float, float]:
+        """Turn / max_turns, the last reward, importance of the next action, share of the budget left, 1 if over."""
+        oracle, reward = self.teacher.oracle, moment.reward
+        importance, most, (low, high) = oracle.importance(moment.after), oracle.max_importance, oracle.lab.reward_range
+        if not low <= reward <= high:
+            reward = low if reward < low else high
+        importance = importance if importance <= most else most
+        return moment.turn / self.max_turns, reward, importance, self.purse.share, moment.over
+
+    def numbers(self, moment: Moment[Any], kinds: Set[FeedbackType | None], asked: bool) -> tuple[float, ...]:
+        """What a seat with `teacher_numbers=True` observes of a moment with claims of these kinds."""
+        left = self.purse.left > 0
+        return *((asked,) if self.answers else ()), *(left and kind in kinds for kind in KINDS), *self.features(moment)
 
     def of_kinds(self, subset: Any) -> Utterance:
         """The claims of a subset of the kinds in words, as many as the budget allows; notices are always said.
@@ -373,7 +391,8 @@ class Session:
         if len(purses) != len(teachers):
             raise ValueError(f"purses must be one for each of {len(teachers)} teachers, got {len(purses)}")
         seats = [f"teacher_{number}" for number in range(len(teachers))] if len(teachers) > 1 else [""]
-        self.offers = tuple(map(Offer, teachers, purses, seats))
+        parts = zip(teachers, purses, seats, strict=True)
+        self.offers = tuple(Offer(*each, max_turns, ask_cost is not None) for each in parts)
         """What each of the teachers has to say."""
         self._several = len(teachers) > 1
         self._listeners = [teacher for teacher in teachers if teacher.listens]
@@ -454,7 +473,7 @@ class Session:
             if not self.instructs:
                 self.offers[0].suggestion()  # with the instruction its oracle starts
             if past:
-                self.teacher.begin(self.seeds)
+                self.teacher.begin(self.seeds, offer=self.offers[0])
                 for earlier in past:
                     self.teacher.judge(earlier)
             self.follow(moment, terminated)
@@ -492,7 +511,7 @@ class Session:
         self.moment = Moment.opening(self.world.truth)._replace(ask_cost=self.ask_cost)
         self.info, self.atoms = {**self._reset_info, "atoms": ()}, ()
         for number, offer in enumerate(self.offers):
-            offer.teacher.begin(self.seeds, number)
+            offer.teacher.begin(self.seeds, number, offer)
             if self.instructs or number:
                 opening = offer.teacher.open(self.moment)  # with which each oracle starts
                 if not number:

@@ -1,18 +1,22 @@
 """Names for loops of one's own, and what was trained by numbers in the scalar game and in studies."""
 
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
+import pettingzoo
 import pytest
 from gymnasium.error import ResetNeeded
 
 import llf_teacher
+from llf_teacher.registry import PREFIX
 from llf_teacher.studies import run
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.play import play
-from teachers.atoms import FP
+from pz_envs.family import all_families
+from teachers.atoms import FP, Moment
 from teachers.numeric import ChoosesKinds
+from teachers.session import SUBSETS
 from worlds.testing import plain
 
 GRID, ARMS = "llf-gridworld-v0", "llf-bandits-BanditTenArmedRandomFixed-v0"
@@ -91,6 +95,66 @@ def test_a_teacher_by_numbers_says_what_it_would_in_the_teachers_seat(mine):
             if not done:
                 env.step(student.act(*env.seen_by(student)))
                 assert env.moment.action == seat.moment.action
+
+
+@dataclass(frozen=True)
+class Noted(ChoosesKinds):
+    """Notes what it sees, and says some of it."""
+
+    seen: list = field(default_factory=list)
+
+    def choose(self, numbers):
+        self.seen.append(numbers)
+        return some_of(numbers)
+
+
+def some_of(numbers):
+    return int(1000 * np.abs(numbers).sum()) % SUBSETS
+
+
+@pytest.mark.parametrize("settings", [{"budget": 4}, {"max_turns": 3}])
+@pytest.mark.parametrize("family", all_families(), ids=lambda family: family.name)
+def test_a_teacher_by_numbers_sees_what_the_seat_observes(family, settings):
+    """In each turn, with the lesson's own horizon, and what is left of a budget."""
+    id, teacher = PREFIX + family.showcase[0], Noted()
+    seat = llf_teacher.TeacherEnv(id, student="obedient", teacher_numbers=True, **settings)
+    env = llf_teacher.make(id, teacher=teacher, **settings)
+    numbers, _ = seat.reset(seed=4)
+    env.reset(seed=4)
+    student = env.seat("obedient")
+    student.reset(env.session.seeds.stream("student"))
+    for turn in range(4):
+        assert len(teacher.seen) == turn + 1
+        np.testing.assert_array_equal(teacher.seen[-1], numbers)
+        assert teacher.seen[-1].dtype == numbers.dtype
+        numbers, _, terminated, truncated, _ = seat.step(some_of(numbers))
+        if terminated or truncated:
+            break
+        env.step(student.act(*env.seen_by(student)))
+    assert turn == 3
+
+
+def test_a_teacher_by_numbers_sees_that_the_student_asks():
+    seat = pettingzoo.make("aec", "llf/gridworld-v0", speech="kinds", teacher_numbers=True, ask_cost=0.1)
+    seat.reset(seed=1)
+    teacher = Noted()
+    env = llf_teacher.make(GRID, teacher=teacher, ask_cost=0.1)
+    env.reset(seed=1)
+    seat.step(some_of(seat.observe("teacher_0")))
+    seat.unwrapped.session.ask()
+    env.session.ask()
+    env.session.speak()
+    np.testing.assert_array_equal(teacher.seen[-1], seat.unwrapped.observe("teacher_0"))
+    assert teacher.seen[-1][0] == 1
+
+
+def test_a_teacher_by_numbers_needs_a_lesson():
+    teacher = all_families()[0].make_teacher(all_families()[0].taught_world(), Noted())
+    teacher.reset(np.random.default_rng(0))
+    world = teacher.oracle.lab
+    world.reset(seed=0)
+    with pytest.raises(ValueError, match="needs a lesson, whose turns are known"):
+        teacher.speak(Moment.opening(world.truth))
 
 
 def test_another_episode_begins_where_it_is_told_and_spends_the_same_budget():

@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+from collections import Counter
 from types import SimpleNamespace
 
 import gymnasium
@@ -80,11 +81,12 @@ def check_known(batch, row, lesson):
 
 
 def check_lifetimes(id, rows, seed, mode, **options):
-    """Play rows, and lessons that begin at any of their turns, alike; how many lifetimes were compared."""
+    """Play rows, and lessons that begin at any of their turns, alike; how many lifetimes and successes were seen."""
     rng = np.random.default_rng(seed)
-    batch = batch_of(id, rows, autoreset_mode=mode, **options)
+    near = {"num_rooms": 6, "min_goal_dist": 1} if id == GRID else {}  # so that students succeed
+    batch = batch_of(id, rows, autoreset_mode=mode, **near, **options)
     seen, infos = batch.reset(seed=seed)
-    lessons, lifetimes = {}, 0
+    lessons, compared = {}, Counter()
     for turn in range(2 * batch.episodes * (batch.max_turns + 1)):
         for row in range(rows):
             if row not in lessons and not batch._done[row] and (turn < 1 or rng.random() < 0.2):
@@ -104,16 +106,17 @@ def check_lifetimes(id, rows, seed, mode, **options):
                 )
                 check_seen(last, row, observation)
                 del lessons[row]
-                lifetimes += 1
+                compared["lifetimes"] += 1
                 continue
             check_seen(seen, row, observation)
             intention = int(infos["intention"][row])
             assert (None if intention < 0 else intention) == info.get("intention")
             assert infos["trimmed"][row] == info["trimmed"]
             assert str(batch.students.student(row)) == info["student"]
+            compared["successes"] += batch.moments.over[row] and batch.moments.success[row]
             if turn % 5 == 0 and row < 4:  # a lesson takes a while to make
                 check_known(batch, row, lesson)
-    return lifetimes
+    return compared
 
 
 VARIED = [{}, {"alpha": (0.1, 0.9), "epsilon": (0.0, 0.5)}, {"trust": (0, 1), "optimism": (0.0, 1.0)}]
@@ -190,6 +193,14 @@ def test_other_students_live_on_as_their_rows(student, id, life):
     check_lifetimes(id, 3, **lived_by_others({**life, "student": student}))
 
 
+@pytest.mark.parametrize("student", ["tamer(forget=False)", "sabl(forget=False)"])
+def test_success_is_misheard_alike(student):
+    """The last praise of an episode, from which these students learn for the next one."""
+    options = {"feedback_type": "hp", "episodes": 5, "max_turns": 2, "until_success": True}
+    compared = check_lifetimes(GRID, 20, 3, AutoresetMode.NEXT_STEP, student=f"{student} | mishears(p=0.5)", **options)
+    assert compared["successes"] > 10
+
+
 def test_every_student_and_trait_that_arrays_have_is_tested():
     parts = [traits_of(parse_student(spec)) for spec in (LEARNER, "obedient", *STUDENTS)]
     assert {student.name for student, _ in parts} == {name for name in PLAYERS.names if PLAYERS[name].batch}
@@ -260,7 +271,7 @@ def test_thousands_of_lessons_live_on_as_their_rows(id, lives, arguments, exampl
     @given(life=st.fixed_dictionaries(lives))
     def check(life):
         nonlocal lifetimes
-        lifetimes += check_lifetimes(id, 20, **arguments(life))
+        lifetimes += check_lifetimes(id, 20, **arguments(life))["lifetimes"]
 
     check()
     assert lifetimes > least

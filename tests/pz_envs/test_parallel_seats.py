@@ -1,7 +1,10 @@
 """Policies in some seats, the others in parallel: what partners see, when they hear, and what cannot be."""
 
+import copy
+
 import numpy as np
 import pytest
+from gymnasium import spaces
 from shelf import QUICK
 
 from llf_teacher.students.parsing import parse_student
@@ -9,6 +12,7 @@ from pz_envs.family import all_families
 from pz_envs.parallel_seats import ParallelSeats
 from pz_envs.seats import STUDENT, TEACHER
 from teachers.session import SUBSETS
+from worlds.testing import plain
 
 FAMILIES = {family.name: family for family in all_families()}
 GRID = FAMILIES["gridworld"]
@@ -92,6 +96,49 @@ def test_a_learner_is_told_that_an_episode_has_ended():
     while env.agents:
         env.step({TEACHER: SUBSETS - 1})
     assert told == [0.0, 0.0, 0.0, (0.0, False)]
+
+
+CLASS = {"seating": "classroom", "students": 3, "attention": 3, "speech": "kinds"}
+ROUNDS = {
+    "students": CLASS,
+    "students that may ask": {**CLASS, "ask_cost": 0.1},
+    "students in lifetimes": {**CLASS, "episodes": 2},
+    "teachers": {"seating": "panel", "teachers": ["oracle", "oracle"], "speech": "kinds"},
+    "teachers in words": {"seating": "panel", "teachers": ["oracle", "oracle"], "speech": "message"},
+}
+"""Rounds in which several agents act."""
+
+
+class Always:
+    """A policy for any seat."""
+
+    def __init__(self, action):
+        self.action = action
+
+    def reset(self, rng):
+        """Nothing to forget."""
+
+    def act(self, observation, info):
+        return self.action
+
+
+@pytest.mark.parametrize("name", QUICK)
+@pytest.mark.parametrize("round", ROUNDS)
+def test_an_action_outside_its_space_changes_nothing_for_any_agent(name, round):
+    """The other agents, whose turns come first in the round, have not acted either."""
+    aec = FAMILIES[name].raw_env(max_cycles=4, **ROUNDS[round])
+    world, rng = aec.seated[0].view.session.world, np.random.default_rng(0)
+    action, taught = world.sample_action(rng), round.startswith("students")
+    partners = {TEACHER: Always(0)} if taught else {STUDENT: Always(action)}
+    env = ParallelSeats(aec, partners)
+    env.reset(seed=1)
+    twin = copy.deepcopy(env)
+    for _ in range(3):
+        given = {"action": action, "ask": 0} if isinstance(aec.action_space(STUDENT), spaces.Dict) else action
+        actions = dict.fromkeys(env.agents, given if taught else 3 if aec.speech == "kinds" else "Hm.")
+        with pytest.raises(ValueError, match=f"(?s){env.agents[-1]}: .* nan.*; the state is unchanged"):
+            env.step({**actions, env.agents[-1]: float("nan")})
+        assert plain(env.step(actions)) == plain(twin.step(actions))
 
 
 @pytest.mark.parametrize("seating", ["tutoring", "classroom"])

@@ -19,6 +19,7 @@ from llf_teacher.students.scene import (
 )
 from llf_teacher.students.trait import Trait
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Atom, Claim, EditClaim, PlanClaim, R, Verdict
+from teachers.common import Right, Wrong
 from teachers.session import BIT
 from teachers.spec import Share
 
@@ -27,10 +28,11 @@ from teachers.spec import Share
 class Mishears(Trait):
     """With probability p mishears a claim of feedback.
 
-    It hears praise as the blame that is its opposite, and blame as praise; advice or a warning with another action,
-    drawn at random; an example with another first action. It misses any other claim, such as a reward or a verdict
-    without an action, and a sentence of a person or a model that carries no claim. Instructions are read, and are not
-    misheard. What is heard instead is worded anew in plain words, so that atoms and text agree.
+    It hears praise as the blame that is its opposite, and blame as praise, without a reason where the claim has no
+    opposite; advice or a warning with another action, drawn at random; an example with another first action. It misses
+    any other claim, such as a reward or a verdict without an action, and a sentence of a person or a model that carries
+    no claim. Instructions are read, and are not misheard. What is heard instead is worded anew in plain words, so that
+    atoms and text agree.
     """
 
     p: Share = 0.1
@@ -49,6 +51,8 @@ class Mishears(Trait):
             first = scene.another(claim.actions[0])
             return None if first is None else changed(claim, actions=(first, *claim.actions[1:]))
         if isinstance(claim, ActionClaim) and claim.action_slot and not isinstance(claim, EditClaim):
+            if claim.kind in (HP, HN):
+                return (Wrong if claim.kind is HP else Right)(action=claim.action)
             other = scene.another(claim.action)
             return None if other is None else changed(claim, action=other)
         return None
