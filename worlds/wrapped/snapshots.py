@@ -35,6 +35,7 @@ __all__ = [
     "is_table",
     "layers",
     "shake",
+    "time_limits",
     "way_back",
 ]
 
@@ -265,6 +266,11 @@ def layers(env: _Env) -> Iterator[Any]:
         yield env
         env = env.env
     yield env
+
+
+def time_limits(env: _Env) -> tuple[int, ...]:
+    """The numbers of steps after which Gymnasium's `TimeLimit` ends an episode, of each that is around."""
+    return tuple([each._max_episode_steps for each in layers(env) if isinstance(each, wrappers.TimeLimit)])
 
 
 def is_table(name: str, part: Any) -> bool:
