@@ -17,7 +17,7 @@ from gymnasium.envs.registration import EnvSpec
 
 from teachers.planning.known import State
 from teachers.planning.planner import PlanningError, stepped
-from worlds.wrapped.snapshots import GENERATORS, is_plain, layers
+from worlds.wrapped.snapshots import is_generator, is_plain, layers, of_function
 
 _Env = gymnasium.Env[Any, Any]
 _TRIAL = 20  # steps of random play, which show what counts steps, and what changes
@@ -25,7 +25,7 @@ _COMMON = {"metadata", "render_mode", "spec", "_np_random_seed", "reward_range"}
 _TOYS = "gymnasium.envs.toy_text."
 _TOY = {"P", "initial_state_distrib", "lastaction"}  # of these, where they decide nothing that changes
 _DRAWN = {"window", "clock", "screen"}  # of Gymnasium's pictures; another's `clock` may count
-_FIXED = *GENERATORS, spaces.Space, EnvSpec  # no part of the state: draws to come are not to be known
+_FIXED = spaces.Space, EnvSpec  # no part of the state
 HINT = "pass oracle=Exact(state=f) of teachers.planning, where f(env) is all that decides what happens, hashable"
 """What gives a key in its place."""
 
@@ -197,12 +197,14 @@ class _Pickler(pickle.Pickler):
     """Writes objects without their random generators, which are no part of the state."""
 
     def persistent_id(self, value: Any) -> str | None:
-        return "generator" if isinstance(value, GENERATORS) else None
+        return "generator" if is_generator(type(value)) else None
 
 
 def _is_fixed(name: str, value: Any, toy: bool) -> bool:
     """Whether an attribute is no part of the state."""
     if name in _COMMON or (toy and name in _TOY) or isinstance(value, _FIXED):
+        return True
+    if is_generator(type(value)):  # draws to come are not to be known
         return True
     return name in _DRAWN and (value is None or type(value).__module__.startswith("pygame"))
 
@@ -228,7 +230,8 @@ def still_value(value: Any) -> Hashable:
     if isinstance(value, MethodType) and isinstance(value.__self__, gymnasium.Env):
         return still_value(value.__func__)
     if isinstance(value, FunctionType):
-        return _named(value), tuple(still_value(cell.cell_contents) for cell in value.__closure__ or ())
+        code = value.__code__
+        return _named(value), code.co_firstlineno, code.co_code, repr(code.co_consts), still_value(of_function(value))
     if isinstance(value, partial):
         return still_value((value.func, value.args, value.keywords))
     if isinstance(value, type | np.ufunc) or (

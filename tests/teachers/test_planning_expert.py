@@ -1,6 +1,7 @@
 """The expert tier: what it says of experts that are known or given, what it measures, and which it refuses."""
 
 import copy
+import dataclasses
 import pickle
 import random
 from functools import partial
@@ -20,13 +21,12 @@ from pz_envs.lesson import Lesson
 from teachers.atoms import FN, FP, HN, HP, KINDS, Label, Moment, R
 from teachers.common import Chance, PartlyRight, Right, Trap, Wrong
 from teachers.oracle import RefusalError
-from teachers.planning import TIERS, Expert, PlanningError
+from teachers.planning import TIERS, Exact, Expert, PlanningError
 from teachers.planning.expert import ExpertWarning, guide
 from teachers.planning.expert.claims import Ahead, Around, Behind, Costs, Demonstration, Followed, Neared, Would
-from teachers.planning.expert.draws import reseed
 from teachers.testing import Pupil, check_oracle
 from worlds.wrapped.coin_collector import CoinCollector
-from worlds.wrapped.snapshots import generators
+from worlds.wrapped.snapshots import generators, reseed
 
 assert minigrid, highway_env  # their environments are registered by these
 
@@ -749,3 +749,105 @@ def test_an_expert_is_asked_as_often_as_the_page_says():
         env.step(turn % 3)
         counts.append(len(asked))
     assert max(counts) <= 4 * 10 + 16  # of which each state's own question has eight
+
+
+@dataclasses.dataclass(slots=True)
+class Dice:
+    """Holds a generator in a slot."""
+
+    source: np.random.Generator
+
+
+def yielding(source):
+    while True:
+        yield source.random()
+
+
+DICE = {  # what holds the generator of an environment, and how that draws a number from 0 to 1
+    "slot": (Dice, lambda held: held.source.random()),
+    "set": (lambda source: {source}, lambda held: next(iter(held)).random()),
+    "closure": (lambda source: lambda: source.random(), lambda held: held()),
+    "default": (lambda source: lambda of=source: of.random(), lambda held: held()),
+    "method": (lambda source: source.random, lambda held: held()),
+    "partial": (lambda source: partial(source.integers, 2), lambda held: held()),
+    "bits": (lambda source: source.bit_generator, lambda held: held.random_raw() / 2**64),
+    "array": (lambda source: np.array([source, None], object), lambda held: held[0].random()),
+}
+
+
+class Bet(gymnasium.Env):
+    """A coin each turn; action 0 bets on heads, 1 on tails, and 2 does not bet.
+
+    Args:
+        held: a name of `DICE`.
+    """
+
+    observation_space, action_space = spaces.Discrete(8), spaces.Discrete(3)
+
+    def __init__(self, held):
+        self.held = held
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.turn = 0
+        self.dice = DICE[self.held][0](np.random.default_rng(int(self.np_random.integers(2**31))))
+        return 0, {}
+
+    def step(self, action):
+        self.turn += 1
+        won = 1.0 if DICE[self.held][1](self.dice) < 0.5 else -1.0
+        return self.turn, (won, -won, 0.0)[action], self.turn == 6, False, {}
+
+
+@pytest.mark.parametrize("held", DICE)
+def test_a_generator_is_found_wherever_it_is_held(held):
+    """A fair bet is neither gained nor lost; and no transitions are believed."""
+    subject = Lesson(partial(Bet, held), Expert(lambda observation, info: 2))
+    assert "16 for each comparison" in subject.planned.why
+    seat = llf_teacher.StudentEnv(subject)
+    assert not [atom for seed in range(3) for atom in seat.reset(seed=seed)[1]["atoms"] if type(atom.claim) is Costs]
+    with pytest.raises(PlanningError, match=r"chance decides what actions do|copies do not continue"):
+        Lesson(partial(Bet, held), Exact(state=lambda env: env.unwrapped.turn))
+
+
+class Torch:
+    """Has the methods of PyTorch's generators."""
+
+    def __init__(self):
+        self.source = random.Random(0)
+
+    def manual_seed(self, seed):
+        self.source.seed(seed)
+
+    def get_state(self):
+        return self.source.getstate()
+
+    def set_state(self, state):
+        self.source.setstate(state)
+
+
+def test_a_generator_like_that_of_torch_is_given_other_draws():
+    env = Line()
+    env.torch = Torch()
+    before = env.torch.get_state()
+    reseed(env, 1)
+    assert generators(env)[0] is env.torch
+    assert env.torch.get_state() != before
+
+
+class Sealed(Line):
+    """Holds an object of a module in C, which may draw."""
+
+    def reset(self, **given):
+        self.part = memoryview(b"...")
+        return super().reset(**given)
+
+    def __deepcopy__(self, memo):
+        return super().__reduce_ex__(4)[0](type(self))
+
+
+def test_where_an_object_cannot_be_looked_into_there_may_be_chance():
+    subject = Lesson(Sealed, Expert(lambda observation, info: 1), snapshot="replay")
+    assert "16 for each comparison, for memoryview may draw" in subject.planned.why
+    with pytest.raises(PlanningError, match="memoryview, which may draw random numbers"):
+        Lesson(Sealed, Exact(state=lambda env: env.unwrapped.cell))

@@ -792,3 +792,61 @@ def test_an_environment_that_raises_where_it_is_searched_is_refused_with_its_rea
         PlanningError, match=r"raised RuntimeError\('out of order'\) after action 0 in a state that was"
     ):
         llf_teacher.teach(Raising(), oracle="searched", text=True, max_turns=12)
+
+
+class Moves(gymnasium.Env):
+    """A row of cells with the goal in the middle; each episode begins elsewhere, whatever the seed."""
+
+    observation_space, action_space = gymnasium.spaces.Discrete(11), gymnasium.spaces.Discrete(2)
+    episodes, goal = 0, 5
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.episodes += 1
+        self.cell = (2, 8)[self.episodes % 2]
+        return self.cell, {}
+
+    def step(self, action):
+        self.cell = min(max(self.cell + (-1, 1)[action], 0), 10)
+        return self.cell, float(self.cell == self.goal), self.cell == self.goal, False, {}
+
+
+class Frozen(Moves):
+    """Cannot be copied; only its seed is said to decide."""
+
+    def __deepcopy__(self, memo):
+        raise TypeError("no copies")
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.cell = 2
+        return self.cell, {}
+
+
+def next_of(info):
+    return next(((atom.claim.action, atom.claim.left) for atom in info["atoms"] if type(atom.claim) is Next), None)
+
+
+def test_a_plan_is_for_the_state_in_which_the_episode_begins():
+    seat = llf_teacher.teach(Moves, oracle="searched", max_turns=30)
+    starts = [seat.reset(seed=7) for _ in range(4)]
+    assert {(seen["observation"], next_of(info)) for seen, info in starts} == {(2, (1, 3)), (8, (0, 3))}
+    bare = seat.session.world.env.unwrapped
+    bare.goal = 9
+    observation, info = seat.reset(seed=7)
+    assert next_of(info) == (1, 9 - observation["observation"])
+
+
+def test_where_a_replay_begins_in_another_state_there_is_no_plan():
+    seat = llf_teacher.teach(Frozen, oracle="searched", max_turns=30)
+    assert next_of(seat.reset(seed=7)[1]) == (1, 3)
+    seat.session.world.env.unwrapped.goal = 0
+    with pytest.warns(UserWarning, match="the episode cannot be replayed"):
+        assert next_of(seat.reset(seed=7)[1]) is None
+
+
+def test_a_plan_is_for_the_time_limit_of_the_episode():
+    seat = llf_teacher.teach(lambda: gymnasium.wrappers.TimeLimit(Moves(), 30), oracle="searched")
+    assert next_of(seat.reset(seed=7)[1])[1] == 3
+    seat.session.world.env._max_episode_steps = 2
+    assert next_of(seat.reset(seed=7)[1]) is None

@@ -112,8 +112,12 @@ def plain_parts(env: gymnasium.Env[Any, Any]) -> dict[str, Any]:
     return {
         name: still(part)
         for name, part in vars(env.unwrapped).items()
-        if isinstance(part, _PLAIN) and "render" not in name and np.size(part) <= _LARGE
+        if isinstance(part, _PLAIN) and "render" not in name and np.size(part) <= _LARGE and not _is_of_objects(part)
     }
+
+
+def _is_of_objects(part: Any) -> bool:
+    return isinstance(part, np.ndarray) and part.dtype == object
 
 
 def still(value: Any) -> Any:

@@ -9,7 +9,9 @@ from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from types import BuiltinFunctionType, FunctionType, MethodType, ModuleType
+from functools import cache, partial
+from itertools import chain
+from types import FunctionType, MemberDescriptorType, MethodType, ModuleType
 from typing import Any, NamedTuple
 
 import gymnasium
@@ -31,23 +33,32 @@ __all__ = [
     "copied",
     "draws",
     "generators",
+    "is_generator",
     "is_plain",
     "is_table",
     "layers",
+    "of_function",
+    "parts",
+    "reseed",
+    "sealed",
     "shake",
+    "time_limits",
     "way_back",
 ]
 
 _Env = gymnasium.Env[Any, Any]
-GENERATORS = np.random.Generator, np.random.RandomState, random.Random
+GENERATORS = np.random.Generator, np.random.RandomState, np.random.BitGenerator, random.Random
 """Classes of what draws random numbers."""
 _METHODS = (("clone_state", "restore_state"), ("get_state", "set_state"))  # by which environments set themselves back
 _TRIAL = 8  # steps
 _PLAIN = (  # what holds no generators
-    *(str, bytes, int, float, complex, bool, type(None), np.ndarray, np.generic, type, EnvSpec),
+    *(str, bytes, int, float, complex, bool, type(None), np.generic, type, EnvSpec),
     *(np.float64, np.float32, np.int64, np.int32, np.int8, np.uint8, np.bool_),
-    *(ModuleType, FunctionType, BuiltinFunctionType, MethodType),
+    *(ModuleType, range, slice),
 )
+_TORCH = "manual_seed", "get_state", "set_state"  # methods of generators like PyTorch's
+_HARMLESS = {"_io", "_thread", "datetime", "decimal", "numpy", "pygame", "re", "weakref"}  # modules in C that draw none
+_WORD = 8  # bytes
 _TIMERS = (  # wrappers without a state that decides anything but time
     *(wrappers.TimeLimit, wrappers.OrderEnforcing, wrappers.PassiveEnvChecker),
     *(wrappers.RecordEpisodeStatistics, gymnasium.ObservationWrapper),
@@ -267,6 +278,11 @@ def layers(env: _Env) -> Iterator[Any]:
     yield env
 
 
+def time_limits(env: _Env) -> tuple[int, ...]:
+    """The numbers of steps after which Gymnasium's `TimeLimit` ends an episode, of each that is around."""
+    return tuple([each._max_episode_steps for each in layers(env) if isinstance(each, wrappers.TimeLimit)])
+
+
 def is_table(name: str, part: Any) -> bool:
     """Whether an attribute is a table of transitions, as Gymnasium's toy texts have it: a large part that stays."""
     return name == "P" and isinstance(part, Mapping)
@@ -298,39 +314,147 @@ def draws(env: _Env) -> list[str]:
 def shake(env: _Env, luck: int) -> None:
     """Seed an environment's random generators anew."""
     for generator in generators(env):
-        if isinstance(generator, np.random.Generator):
-            bits: Any = generator.bit_generator
-            bits.state = type(bits)(luck).state
-        else:
-            generator.seed(luck)
+        _seed(generator, luck)
+
+
+def reseed(env: _Env, *seed: int) -> None:
+    """The same, each generator with draws of its own. They stay the same objects: parts may share them."""
+    for generator, source in zip(found := generators(env), np.random.SeedSequence(seed).spawn(len(found)), strict=True):
+        _seed(generator, source)
+
+
+def _bits(generator: Any) -> Any:
+    """The bit generator; None if it has none."""
+    return generator if isinstance(generator, np.random.BitGenerator) else getattr(generator, "bit_generator", None)
+
+
+def _seed(generator: Any, seed: int | np.random.SeedSequence) -> None:
+    if (bits := _bits(generator)) is not None:
+        bits.state = type(bits)(seed).state
+        return
+    number = int(seed.generate_state(1)[0]) if isinstance(seed, np.random.SeedSequence) else seed
+    (generator.seed if isinstance(generator, GENERATORS) else generator.manual_seed)(number)
 
 
 def _drawn(generator: Any) -> str:
-    if isinstance(generator, np.random.Generator):
-        return str(generator.bit_generator.state)
-    return str(generator.get_state() if isinstance(generator, np.random.RandomState) else generator.getstate())
+    if (bits := _bits(generator)) is not None:
+        return str(bits.state)
+    return str((generator.getstate if isinstance(generator, random.Random) else generator.get_state)())
 
 
 def generators(env: _Env) -> list[Any]:
-    """All random generators that an environment holds, in attributes, spaces, lists and dicts of any depth."""
+    """All random generators that an environment holds, wherever `parts` finds them, and its action space."""
+    return _walk(env)[0]
+
+
+def sealed(env: _Env) -> str:
+    """The classes of objects that an environment holds, and into which `parts` cannot look; empty if there are none."""
+    return ", ".join(sorted({each.__qualname__ for each in _walk(env)[1]}))
+
+
+def _walk(env: _Env) -> tuple[list[Any], list[type]]:
+    """The generators, and the classes of what cannot be looked into."""
     found: list[Any] = []
+    closed: list[type] = []
     tables = (part for layer in layers(env) for name, part in vars(layer).items() if is_table(name, part))
     seen = set(map(id, tables))  # large, and of numbers
-    for root in (env, env.action_space):  # which the class may hold
-        queue: deque[Any] = deque([root])
-        while queue:
-            each = queue.popleft()
-            if id(each) in seen or isinstance(each, _PLAIN):
-                continue
-            seen.add(id(each))
-            if isinstance(each, GENERATORS):
-                found.append(each)
-            else:
-                queue.extend([part for part in _parts(each) if type(part) not in _QUICK])
-    return found
+    queue: deque[Any] = deque([env, env.action_space])  # which the class may hold
+    while queue:
+        each = queue.popleft()
+        if id(each) in seen:
+            continue
+        seen.add(id(each))
+        if is_generator(type(each)):
+            found.append(each)
+        elif (inside := _reader(type(each))(each)) is not None:
+            queue.extend([part for part in inside if type(part) not in _QUICK])
+        else:
+            closed.append(type(each))
+    return found, closed
 
 
-def _parts(whole: Any) -> Iterable[Any]:
-    if isinstance(whole, Mapping):
-        return whole.values()
-    return whole if isinstance(whole, list | tuple | deque) else getattr(whole, "__dict__", {}).values()
+@cache
+def is_generator(cls: type) -> bool:
+    """Whether what is of this class draws random numbers: one of Python or NumPy, its bits, or one like PyTorch's."""
+    if issubclass(cls, GENERATORS):
+        return not issubclass(cls, random.SystemRandom)  # which has no state
+    return isinstance(getattr(cls, "bit_generator", None), property) or all(map(partial(hasattr, cls), _TORCH))
+
+
+def parts(whole: Any) -> Iterable[Any] | None:
+    """What a value consists of: elements, attributes, slots, what a function closes over and has by default.
+
+    None for one whose memory Python does not show, such as an object of a module in C.
+    """
+    return _reader(type(whole))(whole)
+
+
+@cache
+def _reader(cls: type) -> Callable[[Any], Iterable[Any] | None]:
+    """`parts` of the objects of a class."""
+    if issubclass(cls, _PLAIN):
+        return lambda _: ()
+    if cls in _READERS:
+        return _READERS[cls]
+    home = getattr(cls, "__module__", "").partition(".")[0]
+    if issubclass(cls, Iterator) and home in ("builtins", "itertools"):
+        return _rest
+    slots = [
+        slot
+        for base in cls.__mro__
+        for name, slot in vars(base).items()
+        if isinstance(slot, MemberDescriptorType) and name[:2] != "__"
+    ]
+    inner = next((read for base, read in _READERS.items() if issubclass(cls, base)), None)
+    known = object.__basicsize__ + _WORD * (len(slots) + (cls.__dictoffset__ > 0) + (cls.__weakrefoffset__ > 0))
+    if inner is None and home not in _HARMLESS and (cls.__basicsize__ > known or cls.__itemsize__):
+        return _owner
+    if inner is None and not slots:
+        return lambda whole: getattr(whole, "__dict__", {}).values()
+
+    def read(whole: Any) -> Iterable[Any]:
+        held = [slot.__get__(whole, cls) for slot in slots if hasattr(whole, slot.__name__)]
+        return chain(getattr(whole, "__dict__", {}).values(), held, inner(whole) if inner else ())
+
+    return read
+
+
+def _inside(cell: Any) -> Any:
+    """What a cell of a closure holds; None if it is empty."""
+    try:
+        return cell.cell_contents
+    except ValueError:
+        return None
+
+
+def _owner(method: Any) -> Any:
+    """That of which a method in C is one; None of what is none."""
+    owner = getattr(method, "__self__", None)
+    return owner if owner is None else (owner,)
+
+
+def _rest(whole: Any) -> Any:
+    """What an iterator has left; None if that is not to be seen."""
+    try:
+        return whole.__reduce__()
+    except TypeError:  # of a function that yields
+        return None
+
+
+def of_function(whole: Any) -> list[Any]:
+    """What a function closes over, and its defaults; nothing of one in C."""
+    if not isinstance(whole, FunctionType):
+        return []
+    closed = map(_inside, whole.__closure__ or ())
+    return [*closed, *(whole.__defaults__ or ()), *(whole.__kwdefaults__ or {}).values()]
+
+
+_READERS: dict[type, Callable[[Any], Any]] = {
+    **dict.fromkeys((list, tuple, set, frozenset, deque), iter),
+    Mapping: lambda whole: chain(whole.keys(), whole.values()),
+    np.ndarray: lambda whole: whole.ravel().tolist() if whole.dtype == object else (),
+    FunctionType: of_function,
+    MethodType: lambda whole: [whole.__self__, *of_function(whole.__func__)],
+    partial: lambda whole: (whole.func, whole.args, whole.keywords),
+}
+_READERS[dict] = _READERS[Mapping]

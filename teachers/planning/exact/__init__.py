@@ -41,7 +41,7 @@ from teachers.planning.transitions import Transitions
 from teachers.planning.visible import privileged
 from teachers.spec import is_count
 from worlds.wrapped.gym_world import GymWorld, Position, faithful
-from worlds.wrapped.snapshots import copied
+from worlds.wrapped.snapshots import copied, sealed
 
 _Env = gymnasium.Env[Any, Any]
 _TRIES = 3  # of actions before the episode
@@ -132,6 +132,8 @@ class Exact(Planner):
             except PlanningError as error:
                 raise PlanningError(f"{why}; {error}") from None
         check_own_draws(env)
+        if hidden := sealed(env):
+            raise PlanningError(f"it holds {hidden}, which may draw random numbers that are not seen")
         if not faithful(env, copied):
             raise PlanningError(f"{why}; and its copies do not continue like the original")
         fading = None if own.fading is None else own.fading(env)

@@ -35,6 +35,7 @@ from teachers.planning.known import Known, known, words_of
 from teachers.planning.planner import Planned, Planner, PlanningError, check_steps
 from teachers.planning.visible import privileged
 from worlds.wrapped.gym_world import GymWorld, Position
+from worlds.wrapped.snapshots import sealed
 
 _Env = gymnasium.Env[Any, Any]
 _TOLERANCE = 0.05  # for numbers from -1 to 1, or without bounds
@@ -101,7 +102,8 @@ class Expert(Planner):
                 f"tolerance={self.tolerance} says nothing of an action with a number that ranges over {least:.3g}; "
                 f"allowed: less than {least / 2:.3g}"
             )
-        certain = try_out(env, make)
+        certain, hidden = try_out(env, make), sealed(env)
+        certain = certain and not hidden
         guide = Guide(
             make,
             rollouts=self.rollouts,
@@ -114,6 +116,7 @@ class Expert(Planner):
         words = own.action_words or words_of(env)
         whose = "that is known for it" if self.policy is None else "that was given"
         chance = "nothing was found to be left to chance" if certain else f"{guide.rollouts} for each comparison"
+        chance += hidden and f", for {hidden} may draw random numbers that are not seen"
         return Planned(
             tier="expert",
             why=f"an expert {whose}, and roll-outs of at most {guide.horizon} actions ({chance})",

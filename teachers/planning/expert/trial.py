@@ -9,10 +9,10 @@ import gymnasium
 import numpy as np
 
 from teachers.planning.expert.asking import ExpertError, Policy, Watched
-from teachers.planning.expert.draws import reseed
 from teachers.planning.planner import PlanningError, shared_draws
 from worlds.actions import canonical
 from worlds.wrapped.position import same, still
+from worlds.wrapped.snapshots import reseed
 
 _Env = gymnasium.Env[Any, Any]
 _EPISODES = 100  # at most

@@ -6,9 +6,13 @@ from collections import Counter
 from collections.abc import Hashable
 from typing import Any, NamedTuple, TypeVar
 
+import gymnasium
+
 from teachers.planning.planner import PlanningError
 from teachers.planning.searched.search import SearchResult, SearchTask, arrives, search
 from worlds.wrapped.gym_world import GymWorld, Position
+from worlds.wrapped.position import plain_parts, same
+from worlds.wrapped.snapshots import time_limits
 
 _KEPT = 4096  # plans, and results of searches
 _AGAIN = 2  # a plan to last is made anew when less than this part of it is left
@@ -40,7 +44,7 @@ class KeptPlan(NamedTuple):
 class Scout:
     """Searches from the states of episodes.
 
-    A plan follows from the start of the episode and the actions since, whoever asks and when.
+    A plan follows from the state in which the episode begins and the actions since, whoever asks and when.
 
     Args:
         task: what is searched for.
@@ -61,19 +65,33 @@ class Scout:
 
     def plan(self, truth: Position, lab: GymWorld) -> KeptPlan:
         """The plan at a truth; the lab goes elsewhere."""
-        episode, actions = (truth.seed, repr(truth.episode.options)), truth.actions
-        turn = truth.turn
+        start, actions, turn = Position(None, 0, truth.episode), truth.actions, truth.turn
+        episode = self._begun(start, lab)
+        if episode is None:
+            return KeptPlan(self._silent("the episode cannot be replayed: it began in another state"), 0)
         while turn and (episode, actions[:turn]) not in self._plans:
             turn -= 1
         plan = self._plans.get((episode, actions[:turn]))
         if plan is None:
-            plan = self._kept(
-                self._plans, (episode, ()), KeptPlan(self.search(Position(None, 0, truth.episode), lab), 0)
-            )
+            plan = self._kept(self._plans, (episode, ()), KeptPlan(self.search(start, lab), 0))
         for now in range(turn + 1, truth.turn + 1):
             plan = self._next(plan, Position(None, now, truth.episode), actions[now - 1], lab)
             self._kept(self._plans, (episode, actions[:now]), plan)
         return plan
+
+    def _begun(self, start: Position, lab: GymWorld) -> Hashable | None:
+        """The state in which an episode begins; None if the lab cannot go there."""
+        env = start.episode.anchor
+        if env is None:
+            lab.restore(start)
+            env, wanted = lab.env, start.episode.parts
+            if not same({name: part for name, part in plain_parts(env).items() if name in wanted}, wanted):
+                return None
+        return self._key(env)
+
+    def _key(self, env: gymnasium.Env[Any, Any]) -> Hashable:
+        """All that decides what happens: an environment may have a time limit of its own, too."""
+        return self.task.state(env), time_limits(env)
 
     def _next(self, plan: KeptPlan, truth: Position, action: Any, lab: GymWorld) -> KeptPlan:
         """The plan after an action: what is left of the one before, or another."""
@@ -93,7 +111,7 @@ class Scout:
             _, _, terminated, truncated, _ = lab.advance(truth.episode.actions[truth.turn - 1])
             if terminated or truncated:
                 return SearchResult(None, math.inf if terminated else 0.0, 0)
-        key = self.task.state(lab.env), room  # an environment may have a time limit of its own
+        key = self._key(lab.env), room
         if key in self._found:
             return self._found[key]
         try:
@@ -101,11 +119,15 @@ class Scout:
             if found.actions is not None and not arrives(self.task, lab, truth, found.actions, room):
                 raise PlanningError("chance decides where the actions of the plan lead")
         except PlanningError as error:
-            self.silences[f"{error}"] += 1
-            if self.silences[f"{error}"] == 1:
-                warnings.warn(f"the teacher has no plan in this state: {error}", stacklevel=2)
-            found = SearchResult(None, 0.0, 0)
+            found = self._silent(f"{error}")
         return self._kept(self._found, key, found)
+
+    def _silent(self, reason: str) -> SearchResult:
+        """No plan, with a warning the first time."""
+        self.silences[reason] += 1
+        if self.silences[reason] == 1:
+            warnings.warn(f"the teacher has no plan in this state: {reason}", stacklevel=3)
+        return SearchResult(None, 0.0, 0)
 
     @staticmethod
     def _kept(store: dict[Hashable, _Value], key: Hashable, value: _Value) -> _Value:
