@@ -10,12 +10,14 @@ from playing import Fixed, episode
 from sampling import ENTRIES
 
 import llf_teacher
+from llf_teacher.episodes.record import pack_turns, unpack_turns
 from llf_teacher.episodes.recorder import Recorder
 from llf_teacher.registry import entry
 from llf_teacher.tools.audit import audit
 from pz_envs.seats import STUDENT, TEACHER
-from teachers.atoms import FP, HP, KINDS, ActionClaim, Label
-from teachers.schema import MOST_CLAIMS, sentences_of
+from teachers.atoms import FP, HP, KINDS, ActionClaim, Atom, Label, Utterance
+from teachers.oracles.gridworld.claims import Go, NotInRoom
+from teachers.schema import MOST_CLAIMS, Message, sentences_of
 from worlds.gridworld import Direction
 
 ID = "llf-gridworld-v0"
@@ -179,6 +181,32 @@ def test_a_hostile_policy_plays_to_the_end():
         assert max(map(len, env.session.offers[0].unbuilt)) < 1000
     crowd = {"claims": [{"type": "Right"}] * MOST_CLAIMS, "text": "So. " * 2000}
     assert recorded(Says(lambda info: crowd), turns=2)[1].unchecked == 2000 - MOST_CLAIMS
+
+
+def test_too_many_words_are_counted_and_not_said():
+    long = [*[NotInRoom(room="x" * 7000)] * 8, Go(action=Direction.NORTH)]
+    for said in ({"claims": long}, Message(tuple(long), "", ())):
+        row = recorded(Says(lambda info, said=said: said), turns=2)[1]
+        assert (row.unbuilt, len(row.atoms)) == (4, 5)
+    for said in ("a" * 70_000, {"claims": [], "text": "a" * 70_000}):
+        (opening, *rows) = recorded(Says(lambda info, said=said: said), turns=2)
+        assert opening.unbuilt is None
+        assert [(row.unbuilt, row.feedback) for row in rows] == [(1, "")] * len(rows)
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "\ud800 hi",
+        Utterance("\ud800 hi", (Atom(NotInRoom(room="\ud800"), "\ud800 hi", 1),)),
+        {"claims": [{"type": "NotInRoom", "room": "\ud800"}], "text": "\ud800 hi"},
+    ],
+)
+def test_a_lone_surrogate_loses_no_episode(said):
+    rows = recorded(Says(lambda info: said), turns=3)
+    assert rows[1].feedback == "? hi"
+    (*_, last) = unpack_turns(pack_turns(rows))
+    assert last["feedback"] == "? hi"
 
 
 def test_sentences_are_those_that_people_see():
