@@ -9,9 +9,8 @@ from enum import Enum
 from functools import cache, cached_property
 from inspect import cleandoc
 from itertools import islice, pairwise
+from operator import itemgetter
 from typing import Annotated, Any, NamedTuple, get_args, get_origin
-
-from rapidfuzz import fuzz
 
 from teachers.atoms import HN, HP, ActionClaim, Atom, Claim, FeedbackType, Grounded, Moment, PlanClaim, Utterance
 from teachers.oracle import Oracle, claims_of
@@ -298,22 +297,22 @@ def holds(claim: Claim, moment: Moment[Any], oracle: Oracle, voice: Phrasebook |
 def in_own_words(atoms: Sequence[Atom], text: str, voice: Phrasebook) -> Utterance:
     """A text that a policy gives for its claims, as an utterance.
 
-    Sentences and claims are paired by their likeness to what the voice would say, the most alike first. Sentences that
-    are left over have no claim, and claims that are left over have no text. Whether a sentence says what its claim says
-    is not checked.
+    Sentences are the text of a claim if the voice could say just these for it, apart from case, space and how they end.
+    All others have no claim, so that they count as unchecked; a claim that has none of them has no text.
     """
-    sentences = sentences_of(text)[:MOST_ITEMS]
-    likeness = {
-        (i, j): max(fuzz.token_sort_ratio(sentence, each) for each in words)
-        for i, words in enumerate(voice.sentences(atom.claim) for atom in atoms)
-        for j, sentence in enumerate(sentences)
-    }
-    pairs: dict[int, int] = {}
-    for i, j in sorted(likeness, key=lambda pair: (-likeness[pair], pair)):
-        if i not in pairs and j not in pairs.values():
-            pairs[i] = j
-    order = sorted(range(len(atoms)), key=lambda i: (pairs.get(i, MOST_ITEMS), i))
-    return Utterance(text, tuple(atoms[i]._replace(text=sentences[pairs[i]] if i in pairs else "") for i in order))
+    left, placed = sentences_of(text), []
+    bare = [_bare(each) for each in left]
+    for atom in atoms:
+        ways = {tuple(map(_bare, sentences_of(each))) for each in voice.sentences(atom.claim)}
+        found = [(i, i + len(way)) for way in ways for i in range(len(bare)) if (*bare[i : i + len(way)],) == way]
+        begin, end = max(found, key=lambda span: (span[1] - span[0], -span[0]), default=(len(left), len(left)))
+        placed.append((begin, atom._replace(text=" ".join(left[begin:end]))))
+        bare[begin:end] = [""] * (end - begin)  # a sentence is of one claim
+    return Utterance(text, tuple(atom for _, atom in sorted(placed, key=itemgetter(0))))
+
+
+def _bare(sentence: str) -> str:
+    return " ".join(sentence.casefold().rstrip(".!\"')] ").split())
 
 
 def storable(text: str) -> str:
