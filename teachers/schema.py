@@ -8,10 +8,9 @@ from dataclasses import fields
 from enum import Enum
 from functools import cache, cached_property
 from inspect import cleandoc
-from itertools import pairwise
+from itertools import islice, pairwise
+from operator import itemgetter
 from typing import Annotated, Any, NamedTuple, get_args, get_origin
-
-from rapidfuzz import fuzz
 
 from teachers.atoms import HN, HP, ActionClaim, Atom, Claim, FeedbackType, Grounded, Moment, PlanClaim, Utterance
 from teachers.oracle import Oracle, claims_of
@@ -36,6 +35,8 @@ TYPE = "type"
 """The key that names a claim's class."""
 MOST_CLAIMS, MOST_ITEMS, LONGEST_TEXT = 32, 64, 8192
 """The most claims of a message, items of a list, and characters of a text."""
+MOST_CHARACTERS = 32_768
+"""The most characters of a message's claims together, as Python writes them."""
 GREATEST_INTEGER, GREATEST_NUMBER = 9_999, 1e9
 """Bounds of numbers of either sign, where a field has none of its own: a check takes time or memory by some of them."""
 _DEEPEST = 4  # lists in lists, of an action whose form only the world knows
@@ -108,6 +109,8 @@ class Vocabulary:
         cls = self.classes[name]
         forms = _forms(cls)
         properties = {field: form.schema for field, form in forms.items()}
+        if issubclass(cls, PlanClaim):
+            properties["actions"] = {**properties["actions"], "minItems": 1}
         if self._world is not None:
             for field in _actions_of(cls):
                 properties[field] = {**properties[field], "description": self._world.action_syntax}
@@ -158,12 +161,12 @@ class Vocabulary:
         if missing := [field for field in forms if field not in given]:
             raise ValueError(f"{name} lacks the field {missing[0]!r}; its fields: {', '.join(forms)}")
         values = {field: self._value(f"{name}.{field}", form, given[field]) for field, form in forms.items()}
+        if issubclass(cls, PlanClaim) and not values["actions"]:
+            raise ValueError(f"{name}.actions must be at least one action, got none")
         if self._world is not None:
             for field in _actions_of(cls):
                 values[field] = self._legal(f"{name}.{field}", values[field])
             if issubclass(cls, PlanClaim):
-                if not values["actions"]:
-                    raise ValueError(f"{name}.actions must be at least one action, got none")
                 values["actions"] = tuple(self._legal(f"{name}.actions", each) for each in values["actions"])
         return cls(**values)
 
@@ -198,13 +201,21 @@ class Vocabulary:
         if not isinstance(listed, list | tuple) or len(listed) > MOST_CLAIMS:
             problems.append(f"claims must be a list of at most {MOST_CLAIMS} claims, got {_shown(listed)}")
             listed = ()
-        claims = []
+        claims: list[Claim] = []
+        left = MOST_CHARACTERS
         for data in listed:
             try:
-                claims.append(self.claim_of(data, moment))
+                claim = self.claim_of(data, moment)
+                if (size := len(f"{claim}")) > left:
+                    raise ValueError(
+                        f"claims must have at most {MOST_CHARACTERS} characters together, got {claim!r:.60}"
+                    )
             except ValueError as error:
                 problems.append(f"{error}")
-        return Message(tuple(claims), text.strip(), tuple(problems))
+            else:
+                claims.append(claim)
+                left -= size
+        return Message(tuple(claims), storable(text).strip(), tuple(problems))
 
     def holds(self, claim: Claim, moment: Moment[Any]) -> bool:
         """Whether a claim is true of a moment of the episode on which the oracle has started.
@@ -231,15 +242,18 @@ _KEYS = ("claims", "text")
 
 
 def find_message(text: str) -> Any:
-    """The JSON value in a text, which may have other words around it; None if there is none.
+    """The first JSON object in a text that has claims, or the only one; other words may stand around it. Else None.
 
-    Time and memory are linear in the text's length.
+    Time and memory are linear in the text's length: the first `MOST_CLAIMS` braces are tried.
     """
-    begin, end = text.find("{"), text.rfind("}")
-    try:
-        return json.loads(text[begin : end + 1], object_pairs_hook=_once, parse_constant=_refuse)
-    except (ValueError, RecursionError):
-        return None
+    for brace in islice(_OBJECT.finditer(text), MOST_CLAIMS):
+        try:
+            found, end = _DECODER.raw_decode(text, brace.start())
+        except (ValueError, RecursionError):
+            continue
+        if "claims" in found or (brace.start(), end) == (text.find("{"), text.rfind("}") + 1):
+            return found
+    return None
 
 
 def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -250,6 +264,10 @@ def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 def _refuse(constant: str) -> Any:
     raise ValueError(f"{constant} is no number of JSON")
+
+
+_OBJECT = re.compile(r'\{(?=\s*["}])')
+_DECODER = json.JSONDecoder(object_pairs_hook=_once, parse_constant=_refuse)
 
 
 def holds(claim: Claim, moment: Moment[Any], oracle: Oracle, voice: Phrasebook | None = None) -> bool:
@@ -271,33 +289,35 @@ def holds(claim: Claim, moment: Moment[Any], oracle: Oracle, voice: Phrasebook |
             return bool(claim.means(moment, oracle))
         return bool(claim.holds(moment, oracle.lab))
     except Exception as error:  # the check of a claim of an oracle need not be ready for any field
-        raise ValueError(f"{type(claim).__name__} cannot be checked: {type(error).__name__}: {error!s:.80}") from None
+        raise ValueError(
+            f"{claim!r:.100} cannot be checked: the world has no such thing, or no words for it"
+        ) from error
 
 
 def in_own_words(atoms: Sequence[Atom], text: str, voice: Phrasebook) -> Utterance:
     """A text that a policy gives for its claims, as an utterance.
 
-    Sentences and claims are paired by their likeness to what the voice would say, the most alike first. Sentences that
-    are left over have no claim, and claims that are left over have no text. Whether a sentence says what its claim says
-    is not checked.
+    Sentences are the text of a claim if the voice could say just these for it, apart from case, space and how they end.
+    All others have no claim, so that they count as unchecked; a claim that has none of them has no text.
     """
-    sentences = sentences_of(text)[:MOST_ITEMS]
-    likeness = {
-        (i, j): max(fuzz.token_sort_ratio(sentence, each) for each in words)
-        for i, words in enumerate(voice.sentences(atom.claim) for atom in atoms)
-        for j, sentence in enumerate(sentences)
-    }
-    pairs: dict[int, int] = {}
-    for i, j in sorted(likeness, key=lambda pair: (-likeness[pair], pair)):
-        if i not in pairs and j not in pairs.values():
-            pairs[i] = j
-    order = sorted(range(len(atoms)), key=lambda i: (pairs.get(i, MOST_ITEMS), i))
-    return Utterance(text, tuple(atoms[i]._replace(text=sentences[pairs[i]] if i in pairs else "") for i in order))
+    left, placed = sentences_of(text), []
+    bare = [_bare(each) for each in left]
+    for atom in atoms:
+        ways = {tuple(map(_bare, sentences_of(each))) for each in voice.sentences(atom.claim)}
+        found = [(i, i + len(way)) for way in ways for i in range(len(bare)) if (*bare[i : i + len(way)],) == way]
+        begin, end = max(found, key=lambda span: (span[1] - span[0], -span[0]), default=(len(left), len(left)))
+        placed.append((begin, atom._replace(text=" ".join(left[begin:end]))))
+        bare[begin:end] = [""] * (end - begin)  # a sentence is of one claim
+    return Utterance(text, tuple(atom for _, atom in sorted(placed, key=itemgetter(0))))
+
+
+def _bare(sentence: str) -> str:
+    return " ".join(sentence.casefold().rstrip(".!\"')] ").split())
 
 
 def storable(text: str) -> str:
     """A text from outside without lone surrogates, which no file takes: a question mark stands for each."""
-    return text.encode("utf-8", "replace").decode()
+    return text if text.isascii() else text.encode("utf-8", "replace").decode()
 
 
 def sentences_of(text: str) -> list[str]:
@@ -417,11 +437,12 @@ def _choice(names: list[str], members: dict[Any, Any]) -> _Form:
 def _read_text(value: Any) -> str:
     if not isinstance(value, str) or len(value) > LONGEST_TEXT:
         raise ValueError
-    return value
+    return storable(value)
 
 
 def _number(value: Any, kind: type, low: float, high: float) -> Any:
-    if isinstance(value, bool) or not isinstance(value, int if kind is int else int | float):
+    whole = isinstance(value, float) and value.is_integer()  # 3.0 is an integer of JSON Schema
+    if isinstance(value, bool) or not (whole or isinstance(value, int if kind is int else int | float)):
         raise ValueError
     if not low <= value <= high or not math.isfinite(value):
         raise ValueError

@@ -35,7 +35,7 @@ from teachers.atoms import (
     ParseFailure,
     Utterance,
 )
-from teachers.schema import Message, Vocabulary, holds, in_own_words
+from teachers.schema import Message, Vocabulary, holds, in_own_words, storable
 from teachers.seeds import Seeds
 from teachers.spec import check_cost, is_count
 from teachers.teacher import Teacher
@@ -314,14 +314,17 @@ class Offer:
         """
         moment, teacher = self.moment, self.teacher
         notices = [claim for claim in (*(self._notice or ()), *self.claims()) if claim.kind is None]
-        problems, made = [*message.problems], []
+        problems, made, left = [*message.problems], [], LONGEST // 2  # the rest is for notices, or for its own words
         for claim in message.claims:
             try:
                 holds(claim, moment, teacher.oracle, teacher.voice)
+                if (size := 1 + max(map(len, teacher.voice.sentences(claim)))) > left:
+                    raise ValueError(f"{claim!r:.100} makes the words longer than {LONGEST // 2} characters")
             except ValueError as error:
                 problems.append(f"{error}")
             else:
                 made.append(claim)
+                left -= size
         self.unbuilt = tuple(problems)
         claims = within(self.purse.left, [claim for claim in made if claim.kind in teacher.kinds])
         said = teacher.say((*notices, *claims), moment.turn)
@@ -341,6 +344,8 @@ class Offer:
         """
         if not isinstance(words, str) or len(words) > LONGEST:
             raise ValueError(f"the teacher must say a string of at most {LONGEST} characters, got {words!r:.80}")
+        if (kept := storable(words)) != words:
+            words = Utterance(kept, tuple(atom._replace(text=storable(atom.text)) for atom in _atoms(words)))
         wanted, purse, turn = self.teacher.kinds, self.purse, self.moment.turn
         if type(words) is not Utterance or not words.atoms:
             return words if (wanted or not turn) and purse.left else SILENCE
@@ -534,7 +539,7 @@ class Session:
         """
         if self.terminated or self.truncated:
             raise ValueError("the episode has ended; open another one")
-        given = action
+        given = action = storable(action) if isinstance(action, str) else action
         if type(action) is not ParseFailure:
             action = self.read(action)
         world, last = self.world, self.moment

@@ -324,6 +324,8 @@ def _sum_up(console: Console, lesson: "LiveLesson", costs: float) -> None:
 
 def _word(console: Console, lesson: "LiveLesson", explain: Callable[[], None]) -> str | None:
     """What a person says in its own words; None: undo."""
+    from teachers.session import LONGEST
+
     offer = lesson.teacher_view.offer
     _put(console, Text(escape_control_chars(f"{lesson.settings.teacher} would say: {offer.suggestion()}"), "dim"))
     while True:
@@ -333,9 +335,12 @@ def _word(console: Console, lesson: "LiveLesson", explain: Callable[[], None]) -
             return None
         if command in QUIT:
             raise EOFError
-        if command not in HELP:
+        if command in HELP:
+            explain()
+        elif len(text) > LONGEST:
+            _put(console, Text(f"Nothing is said: at most {LONGEST} characters are allowed, got {len(text)}."))
+        else:
             return text
-        explain()
 
 
 def _understood(console: Console, lesson: "LiveLesson") -> None:

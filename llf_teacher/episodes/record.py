@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from llf_teacher.models.replies import LENGTH
 from teachers import common
 from teachers.atoms import FP, KINDS, Atom, Claim, Label, action_of
-from teachers.schema import sentences_of, without
+from teachers.schema import sentences_of, storable, without
 
 if TYPE_CHECKING:
     from pz_envs.checking import CheckedSentence
@@ -408,7 +408,8 @@ def turns_as_dicts(rows: Iterable[TurnRow]) -> list[dict[str, Any]]:
 
 def pack_turns(rows: Iterable[TurnRow]) -> bytes:
     """Turns as compressed JSON, without null fields."""
-    return zlib.compress(json.dumps(turns_as_dicts(rows), ensure_ascii=False, separators=(",", ":")).encode(), 9)
+    text = json.dumps(turns_as_dicts(rows), ensure_ascii=False, separators=(",", ":"))
+    return zlib.compress(storable(text).encode(), 9)
 
 
 def unpack_turns(packed: bytes) -> list[dict[str, Any]]:

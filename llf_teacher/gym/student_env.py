@@ -11,6 +11,7 @@ from pz_envs.numbers import Field
 from pz_envs.settings import Settings, SettingsKeywords, takes_settings
 from pz_envs.subject import Subject
 from teachers.atoms import SILENCE, Moment
+from teachers.session import LONGEST
 
 NOT_SEATED = ("speech", "teacher_numbers")
 """The settings of the teacher's seat, which has a policy."""
@@ -143,5 +144,6 @@ class StudentEnv(SeatEnv):
         return info
 
     def _speak_by_policy(self) -> None:
-        """The turn of a policy in the teacher's seat."""
-        self.session.say(awaited(self._policy.act(self.teacher_view.observe(), self.teacher_view.info())))
+        """The turn of a policy in the teacher's seat; of a text that is too long, nothing is said."""
+        said = awaited(self._policy.act(self.teacher_view.observe(), self.teacher_view.info()))
+        self.session.say({"text": said} if isinstance(said, str) and len(said) > LONGEST else said)

@@ -164,7 +164,7 @@ class Endpoint:
             charged = not is_page(reply)
             answer, usage = read(reply, prices)
             if answer is not None:
-                texts = {name: self._clean(getattr(answer, name)) for name in _TEXTS}
+                texts: dict[str, Any] = {name: self._clean(getattr(answer, name)) for name in _TEXTS}
                 answer = replace(answer, **texts, seconds=round(time.monotonic() - started, 3), unsent=unsent)
             self._compare(whole, "" if answer is None else answer.model)
         finally:

@@ -81,7 +81,7 @@ class ModelPolicy:
         return self._message(words, moment, vocabulary) if spec.says == "claims" else words
 
     def _message(self, words: str, moment: Moment[Any], vocabulary: Vocabulary) -> Message:
-        """The claims of an answer, without the false ones if these are withheld, and then without its own words."""
+        """The claims of an answer; with a filter, without the false ones and its own words."""
         found = find_message(words)
         message = vocabulary.read(words if found is None else found, moment)
         if not self._spec.filter:
@@ -95,8 +95,7 @@ class ModelPolicy:
                     self.withheld += (claim,)
             except ValueError as error:
                 problems.append(f"{error}")
-        text = message.text if len(kept) == len(message.claims) and not problems else ""
-        return Message(tuple(kept), text, tuple(problems))
+        return Message(tuple(kept), "", tuple(problems))
 
 
 def claims_form(vocabulary: Vocabulary) -> dict[str, Any]:
@@ -125,11 +124,11 @@ class LLMTeacher(AsksModel, Speaker):
     knows: str = "claims"
     """One of `KNOWS`."""
     says: str = "words"
-    """One of `SAYS`. Whether the text of an answer says what its claims say is not checked."""
+    """One of `SAYS`. With claims, sentences of an answer's text that no claim of it has in the voice are unchecked."""
     answer: str = "json"
     """How claims are asked for: `json`, by a JSON Schema in the request, or `text`, by the prompt alone."""
     filter: bool = False
-    """Whether false claims are withheld, with the text of their answer; with `says="claims"` only."""
+    """Whether only what is checked is said, with `says="claims"`: true claims, which the voice words."""
     input_price: float | None = None
     output_price: float | None = None
     cached_price: float | None = None

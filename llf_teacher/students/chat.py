@@ -15,6 +15,7 @@ from llf_teacher.models.waiting import awaited
 from llf_teacher.students.conversation import Conversation, Message, as_prompt, check_options
 from llf_teacher.students.student import Student
 from llf_teacher.students.talking import TalkingPolicy
+from teachers.schema import storable
 from teachers.spec import SpecCall, call_string, unknown
 
 CHAT = "chat"
@@ -37,7 +38,7 @@ class _Policy(TalkingPolicy["ChatStudent"]):
         said = awaited(function(messages if takes_messages(function) else as_prompt(messages)))
         if not isinstance(said, str):
             raise TypeError(f"{self.spec} must give a text, got {type(said).__name__} {said!r:.80}")
-        self._said = said
+        self._said = said = storable(said)
         return self.talk.answer(said)
 
 

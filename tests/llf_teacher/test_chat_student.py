@@ -8,6 +8,7 @@ import pytest
 
 import llf_teacher
 from llf_teacher import chat_student
+from llf_teacher.episodes.record import pack_turns
 from llf_teacher.students.chat import takes_messages
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies.definition.study import Study
@@ -29,6 +30,9 @@ def by_list(history: "list[dict[str, str]]") -> str:
 async def slowly(prompt: str) -> str:
     await asyncio.sleep(0.001)
     return "<think>north?</think>Response: west"
+
+def broken(prompt):
+    return "Response: \\ud800"
 
 def wrong(prompt):
     return 3
@@ -67,6 +71,13 @@ def test_a_function_plays_in_a_study(name, actions):
     played = record(f"chat:chat_functions:{name}")
     assert [turn.action for turn in played.turns[1:]] == actions
     assert (played.episode.reads, played.episode.parse_failures) == ("words", 0)
+
+
+def test_a_lone_surrogate_loses_no_episode():
+    played = record("chat:chat_functions:broken")
+    assert played.episode.parse_failures == len(played.turns) - 1 == 3
+    assert played.turns[1].parse_failure == "Response: ?"
+    assert pack_turns(played.turns)
 
 
 def test_a_function_as_it_is(monkeypatch):

@@ -7,6 +7,7 @@ import time
 import pytest
 from endpoints import ANSWERS, HUGE, KEY, LONG, files_with
 
+from llf_teacher.episodes.record import READINGS
 from llf_teacher.models import LLMError
 from llf_teacher.models.testing import ScriptedEndpoint, refusal
 from llf_teacher.speakers.llm_teacher import LLMTeacher
@@ -56,10 +57,10 @@ def test_a_study_finds_the_lies_of_a_model_and_no_others(tmp_path):
     with ScriptedEndpoint(liar) as server:
         results = played(tmp_path / "s.db", spec(server.url), max_turns=12, seeds=5)
     atoms = [atom for turn in turns_of(results) for atom in turn["atoms"] if atom["kind"]]
-    assert [atom["label"] == "distorted" for atom in atoms] == [atom["text"] == LIE for atom in atoms]
     assert sum(row["distorted"] for row in results.rows()) == liar.lies > 5
+    assert [atom["label"] == "distorted" for atom in atoms] == [not atom["text"] for atom in atoms]
     assert 0.04 < liar.lies / len(server.requests) < 0.2  # equal requests are answered alike
-    assert sum(row["unchecked"] for row in results.rows()) == 0
+    assert sum(row["unchecked"] for row in results.rows()) == liar.lies, "its own words"
     assert not any(turn["unbuilt"] or turn["withheld"] for turn in turns_of(results))
     form = server.requests[0]["response_format"]["json_schema"]["schema"]
     assert form["properties"]["claims"]["items"]["anyOf"]
@@ -73,7 +74,31 @@ def test_an_audit_finds_them_too():
         found = audit(GRID, teacher, turns=100, students=["random"], instruction_types=["b"], max_turns=10)
     assert found.count(Label.DISTORTED) == liar.lies > 3
     assert found.caught
-    assert {example.text for example in found.examples} == {LIE}
+    assert {example.text for example in found.examples} == {""}
+
+
+@pytest.mark.parametrize("claims", [True, False])
+@pytest.mark.parametrize("filter", [False, True])
+def test_false_words_beside_true_claims_are_read_or_not_said(tmp_path, claims, filter):
+    """A filter lets nothing pass that is not checked."""
+
+    def answer(request):
+        true = json.loads(request["messages"][-1]["content"].partition("The same as claims: ")[2])
+        advice = [claim for claim in true if claim["type"] == "Go"]
+        warnings = [claim["action"] for claim in true if claim["type"] == "Avoid"]
+        text = f"Go {warnings[0]} next." if warnings else ""
+        return json.dumps({"claims": advice if claims else [], "text": text})
+
+    with ScriptedEndpoint(answer) as server:
+        results = played(tmp_path / "s.db", spec(server.url, filter=filter), ids=[GRID], seeds=2, max_turns=6)
+    sums = {name: sum(row[name] or 0 for row in results.rows()) for name in ("claims", "claims_held", *READINGS)}
+    assert sums["claims"] == sums["claims_held"]
+    assert bool(sums["claims"]) is claims
+    false = [each for turn in turns_of(results) for each in turn["readings"] or ()]
+    assert all(each["holds"] is False for each in false)
+    assert sums["read_exact"] == sums["read_false"] == len(false)
+    assert bool(false) is not filter
+    assert sum(row["unchecked"] for row in results.rows()) == len(false)
 
 
 @pytest.mark.full

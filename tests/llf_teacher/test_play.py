@@ -79,6 +79,9 @@ def test_the_teacher_may_speak_in_its_own_words_and_sees_what_is_understood():
     assert "unchecked: Hm." in out
     assert "The last turn is taken back." in out
     assert re.search(r"(true|false): That was right\.", out)
+    long = " ".join(play(*command, text=f"\n{'x' * 70_000}\nHm.\nHm.\n").split())
+    assert long.count("Nothing is said: at most 65536 characters are allowed, got 70000.") == 1
+    assert "Over after 2 turns" in long
     refused = llf("play", GRID, "--own-words", text="")
     assert "a student says nothing; use --seat teacher" in refused.stderr
 

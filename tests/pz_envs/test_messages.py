@@ -10,12 +10,14 @@ from playing import Fixed, episode
 from sampling import ENTRIES
 
 import llf_teacher
+from llf_teacher.episodes.record import pack_turns, unpack_turns
 from llf_teacher.episodes.recorder import Recorder
 from llf_teacher.registry import entry
 from llf_teacher.tools.audit import audit
 from pz_envs.seats import STUDENT, TEACHER
-from teachers.atoms import FP, HP, KINDS, ActionClaim, Label
-from teachers.schema import MOST_CLAIMS, sentences_of
+from teachers.atoms import FP, HP, KINDS, ActionClaim, Atom, Label, Utterance
+from teachers.oracles.gridworld.claims import Found, Go, NotInRoom
+from teachers.schema import MOST_CLAIMS, Message, sentences_of
 from worlds.gridworld import Direction
 
 ID = "llf-gridworld-v0"
@@ -100,27 +102,49 @@ def test_what_cannot_be_made_is_counted_apart(message, unbuilt):
 
 
 def test_its_own_words_are_said_in_place_of_the_voices():
+    right, go = "Yes,  that was good!", "NOW HEAD NORTH"
+
     def message(info):
         return {
             "claims": [{"type": "Go", "action": "north"}, {"type": "Right"}, {"type": "Solved"}],
-            "text": "You did the right thing there. Bravo! You should go north now (really!).",
+            "text": f"{right} Bravo! {go}.",
         }
 
     row = recorded(Says(message))[1]
     assert row.feedback == message(None)["text"]
     texts = [(atom["claim"], atom["text"]) for atom in row.atoms]
-    assert texts == [
-        ("common.Right", "You did the right thing there."),
-        ("common.Solved", "Bravo!"),
-        ("x.Go", "You should go north now (really!)."),
-    ]
-    assert row.unchecked is None
+    assert texts == [("common.Right", right), ("x.Go", f"{go}."), ("common.Solved", "")]
+    assert row.unchecked == 1, "Bravo!"
     more = recorded(Says(lambda info: {**message(info), "claims": [{"type": "Go", "action": "north"}]}))[1]
-    assert (more.unchecked, [atom["text"] for atom in more.atoms]) == (2, [texts[2][1]])
-    fewer = recorded(Says(lambda info: {**message(info), "text": "Go north!"}))[1]
-    assert (fewer.feedback, [atom["text"] for atom in fewer.atoms]) == ("Go north!", ["Go north!", "", ""])
+    assert (more.unchecked, [atom["text"] for atom in more.atoms]) == (2, [f"{go}."])
+    fewer = recorded(Says(lambda info: {**message(info), "text": go}))[1]
+    assert (fewer.feedback, [atom["text"] for atom in fewer.atoms]) == (go, [go, "", ""])
     bare = recorded(Says(lambda info: {"text": "Hm. Well."}))[1]
     assert (bare.feedback, bare.atoms, bare.unchecked) == ("Hm. Well.", [], 2)
+
+
+def test_a_sentence_that_says_something_else_is_unchecked():
+    """However alike it is: it is read as all words that no claim stands behind."""
+    said = {"claims": [{"type": "Go", "action": "north"}, {"type": "Found", "room": "attic-1"}]}
+    found = entry(ID).family.phrasebook().sentences(Found(action=Direction.EAST, room="attic-1"))
+    whole = next(each for each in found if len(sentences_of(each)) == 2)
+    for text, unchecked, texts in (
+        ("Go south next.", 1, ["", ""]),
+        ("Go north next. Go south next.", 1, ["Go north next.", ""]),
+        ("Go north next. Go north next.", 1, ["Go north next.", ""]),
+        ("Go north next?", 1, ["", ""]),
+        ("Never go north next.", 1, ["", ""]),
+        (f"Hm. {whole} Go north next.", 1, [whole, "Go north next."]),
+        (whole.partition("!")[0] + "!", 1, ["", ""]),
+    ):
+        env = llf_teacher.make(ID, teacher=Says(lambda info, text=text: {**said, "text": text}))
+        recorder = Recorder("x", env.student_view, None)
+        env.reset(seed=0)
+        recorder.note()
+        env.step(Direction.EAST)
+        row = recorder.note()
+        assert (row.unchecked, [atom["text"] for atom in row.atoms]) == (unchecked, texts), text
+        assert row.feedback == text
 
 
 def test_feedback_type_and_budget_bound_the_claims_and_then_the_voice_words_them():
@@ -178,7 +202,33 @@ def test_a_hostile_policy_plays_to_the_end():
         assert len(env.session.offers[0].unbuilt) == 1
         assert max(map(len, env.session.offers[0].unbuilt)) < 1000
     crowd = {"claims": [{"type": "Right"}] * MOST_CLAIMS, "text": "So. " * 2000}
-    assert recorded(Says(lambda info: crowd), turns=2)[1].unchecked == 2000 - MOST_CLAIMS
+    assert recorded(Says(lambda info: crowd), turns=2)[1].unchecked == 2000
+
+
+def test_too_many_words_are_counted_and_not_said():
+    long = [*[NotInRoom(room="x" * 7000)] * 8, Go(action=Direction.NORTH)]
+    for said in ({"claims": long}, Message(tuple(long), "", ())):
+        row = recorded(Says(lambda info, said=said: said), turns=2)[1]
+        assert (row.unbuilt, len(row.atoms)) == (4, 5)
+    for said in ("a" * 70_000, {"claims": [], "text": "a" * 70_000}):
+        (opening, *rows) = recorded(Says(lambda info, said=said: said), turns=2)
+        assert opening.unbuilt is None
+        assert [(row.unbuilt, row.feedback) for row in rows] == [(1, "")] * len(rows)
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "\ud800 hi",
+        Utterance("\ud800 hi", (Atom(NotInRoom(room="\ud800"), "\ud800 hi", 1),)),
+        {"claims": [{"type": "NotInRoom", "room": "\ud800"}], "text": "\ud800 hi"},
+    ],
+)
+def test_a_lone_surrogate_loses_no_episode(said):
+    rows = recorded(Says(lambda info: said), turns=3)
+    assert rows[1].feedback == "? hi"
+    (*_, last) = unpack_turns(pack_turns(rows))
+    assert last["feedback"] == "? hi"
 
 
 def test_sentences_are_those_that_people_see():
