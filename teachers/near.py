@@ -24,6 +24,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields
 from functools import cache, cached_property, partial
 from importlib import resources
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -73,6 +74,8 @@ class Synonyms(NamedTuple):
     """Per pair of slots, such as `after < before`, the claims whose numbers are in this order."""
     nothing: Sequence[str] = ()
     """Sentences that state nothing that can be checked."""
+    doubts: Mapping[str, Sequence[str]] = MappingProxyType({})
+    """Per kind of doubt, patterns of words that make a sentence state something else."""
 
 
 @cache
@@ -81,6 +84,7 @@ def load_synonyms(family: str) -> Synonyms:
     words: dict[str, Sequence[str]] = {}
     slots: dict[str, str] = {}
     less: dict[str, Sequence[str]] = {}
+    doubts: dict[str, Sequence[str]] = {}
     nothing: list[str] = []
     for name in ("common", family):
         file = resources.files("teachers.synonyms").joinpath(f"{name}.toml")
@@ -89,8 +93,9 @@ def load_synonyms(family: str) -> Synonyms:
             words |= table.get("words", {})
             slots |= table.get("slots", {})
             less |= table.get("less", {})
+            doubts |= table.get("doubts", {})
             nothing += table.get("nothing", ())
-    return Synonyms(words, slots, less, nothing)
+    return Synonyms(words, slots, less, nothing, doubts)
 
 
 class Nearest(NamedTuple):
@@ -229,6 +234,8 @@ class Near:
         self._kind = _Classifier(every_kind, _sensed_parts_of)
         nothing = [(words, _NOTHING) for text in table.nothing for words in self._blanked(text)]
         self._states = _Classifier([*((words, _STATED) for words, _ in every_kind), *nothing], _parts_of)
+        self._doubts = {kind: _doubt(tuple(each)) for kind, each in table.doubts.items()}
+        self._marks = {each.source: self._marks_of(_blank(each.source)) for each in self._phrases}
         self._questions = [each for each in self._phrases if each.source.endswith("?")]
 
     def _kind_of(self, claim: str) -> str:
@@ -246,10 +253,10 @@ class Near:
 
         Args:
             sentence: of at most 1,000 characters; longer ones are not read, nor questions that begin as no phrase does,
-                nor what ends by taking itself back, as in "... Not!".
+                nor what ends by taking itself back, as in "... Not!", nor what casts a doubt that no phrase of its claim does.
             without: a phrase that is left out, for measuring.
         """
-        if len(sentence) > 1000 or _TAKEN_BACK.search(sentence):
+        if len(sentence) > 1000 or self.takes_back(sentence, before=True):
             return _UNREAD
         text = self._spelt(self._plain(sentence))
         if sentence.rstrip(" \"')`").endswith("?"):
@@ -276,7 +283,31 @@ class Near:
                 clear[name] = min(2 * scores[name], ahead, *agree, found[name].sure, 1 - strain, stated)
         best, *others = sorted(worth, key=lambda name: -worth[name])
         lead = min(clear[best], worth[best] - max((worth[name] for name in others), default=0.0))
+        its = (self._marks[each.source] for each in self._phrases if each.claim == best and each is not left)
+        if not self._marks_of(sentence) <= frozenset().union(*its):
+            lead = -math.inf
         return Nearest(best if lead >= CONFIDENT else None, found[best].slots, (best, *others[:2]), lead)
+
+    def takes_back(self, sentence: str, *, before: bool) -> bool:
+        """Whether a sentence says that what stands before it, or behind it, is not meant."""
+        pattern = self._doubts.get("taking back")
+        return bool((before and _TAKEN_BACK.search(sentence)) or (pattern and pattern.search(_written_out(sentence))))
+
+    def _marks_of(self, text: str) -> frozenset[str]:
+        """What a claim's phrases must have, too, if a text states it: doubts, bounds, and the number of negations.
+
+        A bound is a number's, on which side negations before it leave it. Negations are those of the clause with most.
+        """
+        text = re.sub(r"\b(?:because|since)\b", ",", _written_out(_KEPT.sub(" # ", text)))
+        marks = {kind for kind, pattern in self._doubts.items() if pattern.search(text)}
+        negations = 0
+        for clause in re.split(r"[.,;:!?]+(?!\d)", self._reworded(text)):
+            if clause.count(" ", 1) > 1:  # "no, ..." denies nothing that follows
+                negations = max(negations, len(_NEGATION.findall(clause)))
+            for found in _BOUND.finditer(clause):
+                turned = len(_NEGATION.findall(clause[: found.end()])) % 2
+                marks.add("at most" if (found["most"] is None) == turned else "at least")
+        return frozenset({*marks, f"{negations} negations"})
 
     def fits(self, claim: str, slots: Mapping[str, str]) -> bool:
         """Whether what stands in a claim's slots is of their kinds, as far as these are known."""
@@ -318,8 +349,7 @@ class Near:
         return "".join(part if i % 2 else self._reworded(part) for i, part in enumerate(parts))
 
     def _reworded(self, text: str) -> str:
-        for short, whole in _SHORT.items():
-            text = re.sub(rf"{short}\b", whole, text, flags=re.IGNORECASE)
+        text = _written_out(text)
         text = _ORDINAL.sub(lambda found: f"{found[2]} {_ORDINALS[found[1].lower()]}", text)
         text = _WORD_NUMBER.sub(lambda found: f"{_DIGITS[found[0].lower()]}", text)
         for pattern, word in self._synonyms:
@@ -456,9 +486,14 @@ def _parts_of(text: str, pairs: float = 0.5) -> dict[str, float]:
 
 
 _STATED, _NOTHING = "stated", "nothing"  # labels
-_NOT = frozenset({"not", "no", "never", "nothing", "without", "none"})
+_NOT = frozenset({"not", "no", "never", "nothing", "without", "none", "nowhere", "nobody", "neither", "nor"})
 _NEGATION = re.compile(rf"\b(?:{'|'.join(sorted(_NOT))})\b", re.IGNORECASE)
-_TAKEN_BACK = re.compile(rf"[.,;:!]\s*(?:{'|'.join(sorted(_NOT))})\W*$", re.IGNORECASE)  # "Pull arm 3. Not!"
+_BOUND = re.compile(
+    r"\b(?:(?P<most>at most|less than|fewer than|lower than|under|below|within)"
+    r"|at least|more than|higher than|over|above|beyond)\b[^\d#.,;:!]{0,12}[-+]?[\d#]",
+    re.IGNORECASE,
+)
+_TAKEN_BACK = re.compile(rf"(?:^|[.,;:!])\s*(?:{'|'.join(sorted(_NOT))})\W*$", re.IGNORECASE)  # "Pull arm 3. Not!"
 
 
 def _sensed_parts_of(text: str) -> dict[str, float]:
@@ -470,6 +505,18 @@ def _sensed_parts_of(text: str) -> dict[str, float]:
             for part, weight in _parts_of(segment).items():
                 turned[f"~{part}"] += (-1) ** i * weight
     return _parts_of(text) | turned
+
+
+@cache
+def _doubt(patterns: tuple[str, ...]) -> re.Pattern[str]:
+    return re.compile(rf"(?<![\w'])(?:{'|'.join(patterns)})(?!\w)", re.IGNORECASE)
+
+
+def _written_out(text: str) -> str:
+    """A text without contractions."""
+    for short, whole in _SHORT.items():
+        text = re.sub(rf"{short}\b", whole, text, flags=re.IGNORECASE)
+    return text
 
 
 def _words(text: str) -> list[str]:

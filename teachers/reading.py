@@ -4,6 +4,7 @@ import copy
 import itertools
 import math
 import re
+from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from operator import itemgetter
@@ -234,23 +235,49 @@ class LayeredReader:
         return other
 
     def read(self, text: str) -> list[SentenceReading]:
-        """The readings of a text's sentences, in order; those that were not read, too."""
-        found: list[SentenceReading] = []
-        at = 0
-        for reading, (begin, end) in self._phrases_in(text):
-            if text[at:begin].rstrip().endswith(":"):
-                continue  # what leads to it may take it back
-            found += map(self._sentence, sentences_of(text[at:begin]))
-            found.append(reading)
-            at = end
-        return [*found, *map(self._sentence, sentences_of(text[at:]))]
+        """The readings of a text's sentences, in order; those that were not read, too.
 
-    def _phrases_in(self, text: str) -> Iterator[tuple[SentenceReading, tuple[int, int]]]:
-        """The phrases in a text whose slots hold what they can hold, and their places."""
+        What stands in quotes is not read, nor the sentences next to one that takes them back.
+        """
+        phrases = [(None, (0, 0)), *self._phrases_in(text), (None, (len(text), len(text)))]
+        gaps = [(at, end) for (_, (_, at)), (_, (end, _)) in itertools.pairwise(phrases)]
+        marks = [mark.start() for gap in gaps for mark in _MARK.finditer(text, *gap)]
+
+        def is_quoted(begin: int, said: str) -> bool:
+            first = begin + next(i for i, letter in enumerate(said) if letter.isalnum())
+            i = bisect_left(marks, first)
+            return i % 2 == 1 and i < len(marks) and (marks[i - 1] < begin or marks[i] >= begin + len(said.rstrip(_ENDS)))
+
+        found: list[SentenceReading] = []
+        for (at, end), (reading, _) in zip(gaps, phrases[1:], strict=True):
+            for sentence in sentences_of(text[at:end]):
+                at = text.index(sentence, at)
+                found.append(_unread(sentence) if is_quoted(at, sentence) else self._sentence(sentence))
+                at += len(sentence)
+            if reading:
+                found.append(_unread(reading.text) if is_quoted(end, reading.text) else reading)
+        for order, before in ((range(len(found))[::-1], True), (range(len(found)), False)):
+            back = False
+            for i in order:
+                if not found[i].layer:
+                    back = self._near.takes_back(found[i].text, before=before)
+                elif back:
+                    found[i] = _unread(found[i].text)
+        return found
+
+    def _phrases_in(self, text: str) -> Iterator[tuple[SentenceReading | None, tuple[int, int]]]:
+        """The phrases in a text whose slots hold what they can hold, and their places.
+
+        Each is a sentence of its own, from its beginning to its end.
+        """
+        last = 0
         for heard in self._exact.read(text):
-            if self._fits(heard.claim, heard.slots):
-                span = heard.framed, heard.span[1]
-                said, name = text[slice(*span)], self._names.get(heard.claim, heard.claim.__name__)
+            begin, end = span = heard.framed, heard.span[1]
+            between = text[last:begin].rstrip(" ")
+            whole = not between or between[-1] == "\n" or between.rstrip(_ENDS[3:])[-1:] in _ENDS[:3]
+            if whole and self._fits(heard.claim, heard.slots):
+                said, name = text[begin:end], self._names.get(heard.claim, heard.claim.__name__)
+                last = end
                 if heard.hedged:
                     yield SentenceReading(said, "", None, {}, heard.about_turn, (name,), hedged=True), span
                 else:
@@ -270,6 +297,14 @@ class LayeredReader:
         if HEDGE.search(re.sub('"[^"]*"', "", sentence)):
             return SentenceReading(sentence, "", None, {}, None, (nearest.claim,), hedged=True)
         return SentenceReading(sentence, "near", self._classes[nearest.claim], nearest.slots, None, ())
+
+
+_ENDS = ".!?\"')]”’"
+_MARK = re.compile(r"""["“”„«»]|(?<!\w)['‘](?=\w)|(?<=[.!?,])['’](?!\w)""")  # a quotation begins or ends
+
+
+def _unread(text: str) -> SentenceReading:
+    return SentenceReading(text, "", None, {}, None, ())
 
 
 def own_phrases(
