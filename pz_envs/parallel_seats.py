@@ -38,6 +38,17 @@ class TurnBasedParallelEnv(turn_based_aec_to_parallel_wrapper):
         env: SeatsEnv = self.aec_env.unwrapped
         return env
 
+    def step(self, actions: Mapping[str, Any]) -> Any:
+        """Let the agent whose turn it is act.
+
+        Raises:
+            ValueError: its action is missing, or outside of its space; nothing has changed.
+        """
+        agent = self.env.agent_selection
+        if self.agents and agent not in actions:
+            raise ValueError(f"the actions lack {agent}, whose turn it is, got those of {', '.join(actions) or 'none'}")
+        return super().step(actions)
+
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.env!r}>"
 

@@ -112,7 +112,7 @@ class TeacherView:
         if self.speech == "kinds":
             info["trimmed"] = offer.trimmed
         elif self.speech == "message":
-            info |= {"suggestion": offer.suggestion(), "vocabulary": offer.vocabulary}
+            info |= {"suggestion": offer.suggestion(), "vocabulary": offer.vocabulary, "unbuilt": offer.unbuilt}
         else:
             info |= {"claims": tuple(offer.listed()), "sentences": offer.sentences()}
         if offer.asked:

@@ -2,10 +2,13 @@
 
 import hashlib
 import os
+import sys
 from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
+
+from teachers.terminal import Waiting
 
 __all__ = ["COMPILED", "compiled"]
 
@@ -16,8 +19,33 @@ COMPILED = os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
 if COMPILED:
     try:
         import numba
+        from numba.core import event
     except ImportError:  # or it does not know this version of NumPy yet
         COMPILED = False
+    else:
+
+        class _Progress(event.Listener):  # type: ignore[misc]  # numba has no types
+            """Says what is compiled: on a terminal each function, elsewhere one line in a process."""
+
+            count = depth = 0
+            waiting = Waiting()
+
+            def on_start(self, event: Any) -> None:
+                function = event.data["dispatcher"]
+                what = f"Compiling {function.__module__} with numba; later processes load it"
+                if not self.depth:
+                    self.waiting.__enter__()
+                    if not self.count and not sys.stderr.isatty():
+                        sys.stderr.write(f"{what}\n")
+                self.count, self.depth = self.count + 1, self.depth + 1
+                self.waiting.say(f"{what} (function {self.count}, {function.__name__})")
+
+            def on_end(self, event: Any) -> None:
+                self.depth -= 1
+                if not self.depth:
+                    self.waiting.__exit__(None, None, None)
+
+        event.register("numba:compile", _Progress())
 
 
 def compiled(function: _Function) -> _Function:

@@ -330,5 +330,10 @@ def parse_personality(spec: str | Personality) -> Personality:
     """
     if isinstance(spec, Personality):
         return spec
-    stages = PERSONALITIES.parse(spec)
+    try:
+        stages = PERSONALITIES.parse(spec)
+    except ValueError as error:
+        if ":" not in spec:
+            raise
+        raise ValueError(f"{error}; studies and suites import `module:Class`, here give the object itself") from error
     return stages[0] if len(stages) == 1 else Pipeline(stages)

@@ -175,7 +175,7 @@ class Offer:
         """The moment to speak of; `briefs`: the suggestion of this moment begins with the instruction."""
         self.moment, self.asked, self._briefs = moment, asked, briefs
         self.said = self._claims = self._suggestion = self._notice = None
-        self.chosen, self._kinds, self._numbers, self.unbuilt = (), -1, None, ()
+        self.chosen, self._kinds, self._numbers = (), -1, None
 
     def claims(self) -> tuple[Claim[Any], ...]:
         """The claims of this moment, notices included; the teacher is asked once a moment, when they are needed."""
@@ -641,6 +641,7 @@ class Session:
             if type(words) is Utterance and not self.moment.turn:
                 words = Utterance.of([atom for atom in words.atoms if atom.kind is not None])
         given: Any = words
+        offer.unbuilt = ()
         if isinstance(words, Mapping | Message):
             given = offer.vocabulary.read(words, self.moment) if isinstance(words, Mapping) else words
             words = offer.composed(given)

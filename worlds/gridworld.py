@@ -156,7 +156,7 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
         )
         _check("num_rooms", num_rooms, 2, 10_000)
         _check("num_objects", num_objects, 0, 100_000)
-        _check("min_goal_dist", min_goal_dist, 1, num_rooms - 1)
+        _check(f"with num_rooms={num_rooms} min_goal_dist", min_goal_dist, 1, num_rooms - 1)
         _check_names("room_types", room_types)
         _check_names("object_types", object_types)
         if not _is_name(treasure) or treasure in object_types:

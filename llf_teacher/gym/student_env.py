@@ -141,6 +141,8 @@ class StudentEnv(SeatEnv):
         info = {**self.student_view.info(), "moment": self.session.moment}
         if changes := getattr(self.teacher, "changes", ()):
             info["changes"] = changes
+        if unbuilt := self.session.offers[0].unbuilt:
+            info["unbuilt"] = unbuilt
         return info
 
     def _speak_by_policy(self) -> None:

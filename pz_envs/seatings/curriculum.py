@@ -139,6 +139,11 @@ class CurriculumEnv(LifetimeEnv):
         self.agent_selection = CURRICULUM
         self._show_masks()
 
+    def close(self) -> None:
+        """Close the rooms."""
+        for room in dict.fromkeys(self.rooms):
+            room.close()
+
     def _observe(self, agent: str) -> Any:
         if agent != CURRICULUM:
             return super()._observe(agent)

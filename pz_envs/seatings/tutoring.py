@@ -31,7 +31,8 @@ class TutoringEnv(OneSessionEnv):
         Action: `Prose`; an `Utterance` brings its atoms along, of which the student hears those that `feedback_type`
         allows. `{"claims": [...], "text": ...}` is made into one: each claim by the info's `vocabulary`, and worded by
         the voice if there is no text. Info: the privileged `moment`, `suggestion`, the utterance of the session's
-        teacher, and `vocabulary`, a `teachers.schema.Vocabulary` of the claims that can be said.
+        teacher, `vocabulary`, a `teachers.schema.Vocabulary` of the claims that can be said, and `unbuilt`, for each
+        claim of its last message that could not be made the reason.
 
     Teacher, `speech="kinds"`:
         Observation: Dict of

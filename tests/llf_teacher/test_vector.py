@@ -269,6 +269,54 @@ def test_rows_are_reset_by_hand():
         batch.reset(options={"reset_mask": [True]})
 
 
+@pytest.mark.parametrize(
+    ("seed", "mask", "what"),
+    [
+        ([0, -1, 0], [True, True, False], "the seed of row 1 must be None or an integer of at least 0, got -1"),
+        ([0, 1, 2.5], [True, True, False], r"the seed of row 2 must be .*, got 2\.5"),
+        (-2, [True] * 3, "the seed of row 0 must be .*, got -2"),
+        ([1, 2], [True] * 3, "seed must be None, an integer or a list of 3 of these"),
+        (1.5, [True] * 3, "seed must be None, an integer or a list of 3 of these"),
+        ([5, 6, 7], [False] * 3, "reset_mask must be a bool array"),
+        ([5, 6, 7], [True] * 2, "reset_mask must be a bool array"),
+    ],
+)
+@pytest.mark.parametrize("id", IDS)
+@pytest.mark.parametrize("seat", ["student", "teacher"])
+def test_a_reset_that_is_refused_changes_nothing(seat, id, seed, mask, what):
+    learner = {"student": "obedient"} if "optimization" in id else {}
+    if seat == "student":
+        batch = batch_of(id, 3)
+    else:
+        batch = llf_teacher.TeacherVectorEnv(id, 3, **SMALL.get(id, {}), **learner)
+    space = batch.action_space
+    space.seed(0)
+    batch.reset(seed=0)
+    twin = copy.deepcopy(batch)
+    with pytest.raises(ValueError, match=what):
+        batch.reset(seed=seed, options={"reset_mask": np.array(mask)})
+    for _ in range(3):
+        actions = space.sample()
+        assert plain(batch.step(actions)) == plain(twin.step(actions))
+    assert plain(batch.reset()) == plain(twin.reset())
+
+
+def test_a_first_reset_of_some_rows_changes_nothing():
+    batch, twin = batch_of(GAUSSIAN, 3), batch_of(GAUSSIAN, 3)
+    with pytest.raises(ResetNeeded, match="the first reset must be of all rows"):
+        batch.reset(seed=1, options={"reset_mask": np.array([True, False, False])})
+    with pytest.raises(ResetNeeded, match="no episode has begun"):
+        batch.step(np.zeros(3, int))
+    assert plain(batch.reset(seed=2)) == plain(twin.reset(seed=2))
+
+
+def test_seeds_may_be_an_array():
+    one, other = batch_of(GAUSSIAN, 3), batch_of(GAUSSIAN, 3)
+    assert plain(one.reset(seed=np.array([4, 5, 6]))) == plain(other.reset(seed=4))
+    actions = np.zeros(3, int)
+    assert plain(one.step(actions)) == plain(other.step(actions))
+
+
 @pytest.mark.parametrize("id", IDS)
 def test_words_are_those_of_the_lesson(id):
     batch, rng = batch_of(id, 5, paraphrase=0), np.random.default_rng(1)

@@ -33,6 +33,17 @@ def played(choices, seed=1, **settings):
     return env, turns, starts
 
 
+def test_all_rooms_are_closed(monkeypatch):
+    env = pettingzoo.make("aec", ID, tasks=[{"town": 1}, {"town": 2}, {"town": 1, "ahead": 0.5}])
+    closed = []
+    worlds = [room.session.world for room in dict.fromkeys(env.unwrapped.rooms)]
+    for world in worlds:
+        monkeypatch.setattr(world, "close", lambda world=world: closed.append(world))
+    env.close()
+    assert closed == worlds
+    assert len(worlds) == 2
+
+
 def test_lessons_are_in_the_chosen_tasks_and_tests_in_the_last():
     env, turns, starts = played([0, 2, 0, 1], tests=2)
     assert [task for task, _ in starts] == [0, 2, 0, 1, 3, 3]

@@ -14,6 +14,7 @@ import llf_teacher  # noqa: F401 (registers the environments)
 from pz_envs.seats import STUDENT, TEACHER
 from pz_envs.subject import seating_names
 from pz_envs.testing import expected_warnings
+from worlds.testing import plain
 
 _BOXES = "The class of observation spaces is different|Observations are different shapes"  # of two seats
 NUMBERS = {"speech": "kinds", "numbers": True, "teacher_numbers": True}
@@ -150,6 +151,16 @@ def test_environments_have_names_of_their_own():
         env = pettingzoo.make(form, id)
         assert env.metadata["name"] == found
         assert env.metadata.get("turn_based", False) is ("turns" in found)
+
+
+def test_in_the_turn_based_form_the_agent_whose_turn_it_is_must_act():
+    env, twin = (pettingzoo.make("parallel", "llf/gridworld-v0", speech="kinds") for _ in range(2))
+    env.reset(seed=1)
+    twin.reset(seed=1)
+    for actions, got in (({}, "none"), ({"student_0": 0}, "student_0")):
+        with pytest.raises(ValueError, match=f"the actions lack teacher_0, whose turn it is, got those of {got}"):
+            env.step(actions)
+    assert plain(env.step({"teacher_0": 31})) == plain(twin.step({"teacher_0": 31, "student_0": 0}))
 
 
 def test_in_the_turn_based_form_one_agent_acts_in_a_step():

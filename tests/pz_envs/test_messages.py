@@ -101,6 +101,21 @@ def test_what_cannot_be_made_is_counted_apart(message, unbuilt):
         assert (row.unbuilt, row.feedback, row.atoms) == (unbuilt or None, "", [])
 
 
+def test_the_policy_hears_what_could_not_be_made():
+    """In its next info; the student in its own, if it is privileged."""
+    told = []
+
+    def message(info):
+        told.append(len(info["unbuilt"]))
+        return {"claims": [{"type": "Nope"}] * (2 - info["moment"].turn)} if info["moment"].turn < 3 else "Hm."
+
+    for privileged in (True, False):
+        env = llf_teacher.make(ID, teacher=Says(message), privileged_info=privileged)
+        infos = [env.reset(seed=1)[1], *(env.step(0)[-1] for _ in range(4))]
+        assert [len(info.get("unbuilt", ())) for info in infos] == ([0, 1, 0, 0, 0] if privileged else [0] * 5)
+    assert told == [0, 1, 0, 0] * 2
+
+
 def test_its_own_words_are_said_in_place_of_the_voices():
     right, go = "Yes,  that was good!", "NOW HEAD NORTH"
 

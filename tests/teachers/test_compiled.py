@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import pty
 import subprocess
 import sys
 from pathlib import Path
@@ -99,6 +100,41 @@ def test_folders_are_those_of_called_functions():
     environment = os.environ | {"NUMBA_DISABLE_JIT": "0"}
     run = subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True, env=environment)
     assert run.stdout.splitlines() == ["parking worlds", "parking worlds", "parking"]
+
+
+PROGRAM = """
+import sys
+
+from teachers.compiled import compiled
+
+@compiled
+def half(x):
+    return x / 2
+
+@compiled
+def quarter(x):
+    return half(half(x))
+
+for each in sys.argv[1:]:
+    assert quarter(float(each) if "." in each else int(each)) == 1
+"""
+
+
+def test_it_says_what_it_compiles_and_not_what_it_loads(tmp_path):
+    """Elsewhere in one line, on a terminal in one that moves."""
+    (tmp_path / "program.py").write_text(PROGRAM)
+    environment = os.environ | {"NUMBA_DISABLE_JIT": "0", "TERM": "xterm", "COLUMNS": "200"}
+    said = []
+    for (ours, theirs), numbers in ((os.pipe(), ["4.0"]), (pty.openpty(), ["4.0", "4"])):
+        program = [sys.executable, tmp_path / "program.py", *numbers]
+        subprocess.run(program, check=True, stderr=theirs, env=environment)
+        said.append(os.read(ours, 65_536).decode())
+        os.close(ours)
+        os.close(theirs)
+    what = "Compiling __main__ with numba; later processes load it"
+    assert said[0] == f"{what}\n"
+    assert f"{what} (function 2, half)" in said[1]
+    assert "(function 3" not in said[1]
 
 
 @pytest.mark.parametrize("may_be_written", [True, False])

@@ -156,9 +156,9 @@ def test_the_largest_parameters_work():
         ({"num_rooms": None}, "num_rooms must be"),
         ({"num_objects": -1}, "num_objects must be an integer from 0 to 100000, got -1"),
         ({"num_objects": "many"}, "num_objects must be"),
-        ({"min_goal_dist": 0}, "min_goal_dist must be an integer from 1 to 19, got 0"),
+        ({"min_goal_dist": 0}, "with num_rooms=20 min_goal_dist must be an integer from 1 to 19, got 0"),
         ({"min_goal_dist": 20}, "min_goal_dist must be an integer from 1 to 19, got 20"),
-        ({"num_rooms": 2, "min_goal_dist": 2}, "min_goal_dist must be an integer from 1 to 1, got 2"),
+        ({"num_rooms": 2}, "with num_rooms=2 min_goal_dist must be an integer from 1 to 1, got 4"),
         ({"render_mode": "human"}, "render_mode 'human' is unknown; allowed: None, ansi"),
     ],
 )

@@ -132,7 +132,7 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
         `seed + i`. Rows without a seed are drawn.
 
         Raises:
-            ValueError: a seed or an option is not allowed.
+            ValueError: a seed or an option is not allowed; nothing has changed.
         """
         left = dict(options or {})
         rows = self._masked(left.pop("reset_mask", None))
@@ -140,6 +140,8 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
         if left:
             raise ValueError(f"in arrays reset takes no options of the world, got {left!r}; allowed: reset_mask")
         seeds = self._seeds(seed)
+        if self._done is None and len(rows) < self.num_envs:
+            raise ResetNeeded("the first reset must be of all rows; call reset() without a reset_mask")
         given = np.array([seeds[row] is not None for row in rows.tolist()], bool)
         if len(rows) == self.num_envs and seed is not None:
             self._draws = np.random.default_rng([each for each in seeds if each is not None])
@@ -148,11 +150,7 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
             self.worlds.load_each(rows[given], (self._first(seeds[row]) for row in rows[given].tolist()))
         if not given.all():
             self.worlds.draw(rows[~given], self._draws)
-        if self._done is None:
-            if len(rows) < self.num_envs:
-                raise ResetNeeded("the first reset must be of all rows; call reset() without a reset_mask")
-            self._done = np.zeros(self.num_envs, bool)
-        self._done = self._done.copy()
+        self._done = np.zeros(self.num_envs, bool) if self._done is None else self._done.copy()
         self._done[rows] = False
         self._open(rows)
         self._begin(rows, [seeds[row] for row in rows.tolist()])
@@ -174,17 +172,14 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
         return np.flatnonzero(mask)
 
     def _seeds(self, seed: Any) -> list[int | None]:
-        seeds = seed
         if seed is None or isinstance(seed, int | np.integer):
-            seeds = [None if seed is None else int(seed) + row for row in range(self.num_envs)]
-        if (
-            isinstance(seeds, str)
-            or not isinstance(seeds, Sequence | np.ndarray)
-            or len(seeds) != self.num_envs
-            or not all(each is None or (isinstance(each, int | np.integer) and each >= 0) for each in seeds)
-        ):
-            allowed = f"None, an integer of at least 0 or a list of {self.num_envs} of these"
-            raise ValueError(f"seed must be {allowed}, got {seed!r}")
+            seed = [None if seed is None else int(seed) + row for row in range(self.num_envs)]
+        seeds = seed.tolist() if isinstance(seed, np.ndarray) else seed
+        if not isinstance(seeds, Sequence) or len(seeds) != self.num_envs:
+            raise ValueError(f"seed must be None, an integer or a list of {self.num_envs} of these, got {seed!r}")
+        for row, each in enumerate(seeds):
+            if each is not None and (not isinstance(each, int | np.integer) or each < 0):
+                raise ValueError(f"the seed of row {row} must be None or an integer of at least 0, got {each!r}")
         return [None if each is None else int(each) for each in seeds]
 
     def step(self, actions: Any) -> tuple[Any, Floats, Bools, Bools, dict[str, Any]]:
