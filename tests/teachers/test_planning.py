@@ -1,5 +1,6 @@
 """Planned oracles: what they say of environments that bring none, and which environments they refuse."""
 
+import enum
 from functools import cache, partial
 from typing import ClassVar
 
@@ -19,8 +20,9 @@ from pz_envs.settings import Settings
 from teachers.atoms import FN, FP, HN, HP, Label, Moment
 from teachers.common import NoDifference
 from teachers.planning import Exact, Expert, PlanningError, Searched, progress, survey
+from teachers.planning.contents import still_value
 from teachers.planning.exact.claims import Avoid, Dawdle, Fading, PoorlyChosen, Slower, Total
-from teachers.planning.known import known
+from teachers.planning.known import Known, known, words_of
 from teachers.testing import Pupil, check_oracle
 from worlds.wrapped.position import Position
 from worlds.wrapped.snapshots import copied
@@ -1118,3 +1120,115 @@ def test_what_fades_is_that_of_the_episode():
         assert all(
             each.holds(Moment.opening(world.truth), seat.teacher.oracle.lab) for each in claims if type(each) is Total
         )
+
+
+class Named(Gust):
+    """Names its actions, or too many of them, or by no numbers."""
+
+    def __init__(self, words=None, **kinds):
+        super().__init__(3, (9, 9))
+        if words:
+            self.get_action_meanings = lambda: words
+        else:
+            self.actions = enum.Enum("actions", kinds)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (partial(Named, ["E", "S", "W", "N"]), ["e", "s", "w", "n"]),
+        (partial(Named, ["E", "S", "W", "N", "FIRE"]), []),
+        (partial(Named, East=0, South_by=1, West=2, North=3), ["east", "south by", "west", "north"]),
+        (partial(Named, East="e", South="s"), []),
+        (lambda: gymnasium.wrappers.ClipReward(small(), 0, 1), ["left", "down", "right", "up"]),
+        (lambda: gymnasium.wrappers.TransformAction(small(), lambda a: (a + 1) % 4, gymnasium.spaces.Discrete(4)), []),
+        (lambda: gymnasium.wrappers.TransformAction(small(), lambda a: a, gymnasium.spaces.Discrete(2)), []),
+        (lambda: gymnasium.wrappers.StickyAction(small(), 0.1), []),
+    ],
+)
+def test_words_are_those_of_all_actions_as_they_are_taken(make, words):
+    env = make()
+    assert list(words_of(env, known(env) or Known())) == words
+
+
+def test_where_words_do_not_fit_there_are_numbers():
+    seat = llf_teacher.teach(partial(Named, ["E", "S", "W", "N", "FIRE"]), oracle="auto", max_turns=9)
+    assert [atom.claim.answer for atom in seat.reset(seed=0)[1]["atoms"] if atom.kind is FP] == ["0"]
+
+
+@pytest.mark.parametrize(
+    "wrap",
+    [
+        lambda env: gymnasium.wrappers.TransformObservation(env, lambda seen: -seen, None),
+        lambda env: gymnasium.wrappers.TransformAction(env, lambda action: 2 - action, gymnasium.spaces.Discrete(3)),
+        lambda env: gymnasium.wrappers.FrameStackObservation(env, 2),
+    ],
+)
+def test_an_expert_is_known_only_of_what_it_sees_and_does(wrap):
+    env = gymnasium.make("Acrobot-v1")
+    assert known(env).expert
+    assert known(wrap(env)).expert is known(wrap(env)).describe is None
+    with pytest.raises(PlanningError, match="no expert is known"):
+        Lesson(lambda: wrap(env), Expert())
+
+
+class Holds(Gust):
+    """Holds something that is hard to look at.
+
+    Args:
+        what: a name of `HARD`.
+    """
+
+    def __init__(self, what):
+        super().__init__(3, (9, 9))
+        self.what = what
+
+    def reset(self, **given):
+        self.held = HARD[self.what]()
+        return super().reset(**given)
+
+
+def a_function_that_calls_itself():
+    def down(n):
+        return n and down(n - 1)
+
+    return down
+
+
+def a_function_with_an_empty_cell():
+    def calls():
+        return later()
+
+    if not calls:
+        later = calls
+    return calls
+
+
+def a_list_that_holds_itself():
+    found = [1]
+    found.append(found)
+    return found
+
+
+def a_deep_list():
+    found = []
+    for _ in range(5_000):
+        found = [found]
+    return found
+
+
+HARD = {
+    each.__name__: each
+    for each in (a_function_that_calls_itself, a_function_with_an_empty_cell, a_list_that_holds_itself, a_deep_list)
+}
+
+
+@pytest.mark.parametrize("what", HARD)
+def test_what_holds_itself_is_compared_or_refused(what):
+    if what == "a_deep_list":
+        with pytest.raises(PlanningError, match="hold each other more than 50 times"):
+            Lesson(partial(Holds, what), "exact", max_turns=9)
+        return
+    assert still_value(HARD[what]()) == still_value(HARD[what]())
+    subject = Lesson(partial(Holds, what), "auto", max_turns=9)
+    assert (subject.planned.tier, subject.planned.size) == ("exact", "9 states")

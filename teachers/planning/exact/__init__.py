@@ -110,7 +110,7 @@ class Exact(Planner):
             look=look,
             model=model,
             horizon=model.horizon,
-            action_words=own.action_words or words_of(env),
+            action_words=words_of(env, own),
             describe=own.describe,
             success=own.success,
             privileged=False if own.table is not None else privileged(env, listed),
