@@ -21,6 +21,7 @@ from worlds.wrapped.snapshots import is_generator, is_plain, layers, of_function
 
 _Env = gymnasium.Env[Any, Any]
 _TRIAL = 20  # steps of random play, which show what counts steps, and what changes
+_DEPTH = 50  # of what holds each other
 _COMMON = {"metadata", "render_mode", "spec", "_np_random_seed", "reward_range"}
 _TOYS = "gymnasium.envs.toy_text."
 _TOY = {"P", "initial_state_distrib", "lastaction"}  # of these, where they decide nothing that changes
@@ -209,8 +210,12 @@ def _is_fixed(name: str, value: Any, toy: bool) -> bool:
     return name in _DRAWN and (value is None or type(value).__module__.startswith("pygame"))
 
 
-def still_value(value: Any) -> Hashable:
+def still_value(value: Any, around: tuple[int, ...] = ()) -> Hashable:
     """A value whose `repr` is the same for equal ones.
+
+    Args:
+        value: the value.
+        around: the ids of what holds it, by which one that holds itself is named.
 
     Raises:
         TypeError: there is none.
@@ -221,19 +226,24 @@ def still_value(value: Any) -> Hashable:
         return value
     if isinstance(value, np.ndarray) and value.dtype != object:
         return value.shape, str(value.dtype), value.tobytes()
+    if id(value) in around:
+        return "itself", around.index(id(value))
+    if len(around) > _DEPTH:
+        raise TypeError(f"values that hold each other more than {_DEPTH} times, which cannot be compared")
+    inner = partial(still_value, around=(*around, id(value)))
     if isinstance(value, Mapping):
-        return tuple((still_value(key), still_value(each)) for key, each in value.items())
+        return tuple((inner(key), inner(each)) for key, each in value.items())
     if isinstance(value, Set):
-        return tuple(sorted(map(still_value, value), key=repr))
+        return tuple(sorted(map(inner, value), key=repr))
     if isinstance(value, list | tuple):
-        return tuple(map(still_value, value))
+        return tuple(map(inner, value))
     if isinstance(value, MethodType) and isinstance(value.__self__, gymnasium.Env):
-        return still_value(value.__func__)
+        return inner(value.__func__)
     if isinstance(value, FunctionType):
         code = value.__code__
-        return _named(value), code.co_firstlineno, code.co_code, repr(code.co_consts), still_value(of_function(value))
+        return _named(value), code.co_firstlineno, code.co_code, repr(code.co_consts), inner(of_function(value))
     if isinstance(value, partial):
-        return still_value((value.func, value.args, value.keywords))
+        return inner((value.func, value.args, value.keywords))
     if isinstance(value, type | np.ufunc) or (
         isinstance(value, BuiltinFunctionType) and isinstance(value.__self__, ModuleType)
     ):

@@ -1,5 +1,6 @@
 """Planned oracles: what they say of environments that bring none, and which environments they refuse."""
 
+import enum
 from functools import cache, partial
 from typing import ClassVar
 
@@ -19,8 +20,9 @@ from pz_envs.settings import Settings
 from teachers.atoms import FN, FP, HN, HP, Label, Moment
 from teachers.common import NoDifference
 from teachers.planning import Exact, Expert, PlanningError, Searched, progress, survey
-from teachers.planning.exact.claims import Avoid, Dawdle, PoorlyChosen, Slower
-from teachers.planning.known import known
+from teachers.planning.contents import still_value
+from teachers.planning.exact.claims import Avoid, Dawdle, Fading, PoorlyChosen, Slower, Total
+from teachers.planning.known import Known, known, words_of
 from teachers.testing import Pupil, check_oracle
 from worlds.wrapped.position import Position
 from worlds.wrapped.snapshots import copied
@@ -1014,3 +1016,219 @@ def test_a_reward_that_is_no_number_is_said_as_it_is():
     (atom,) = info["atoms"]
     assert "nan" in atom.text
     assert atom.claim.holds(info["moment"], env.session.world.scratch())
+
+
+class Gust(gymnasium.Env):
+    """A square of cells from corner to corner; a gust in one of them may blow back to the start.
+
+    Args:
+        side: cells of a side.
+        place: where the gust is; None: each step draws, which decides nothing.
+        chance: of the gust.
+    """
+
+    action_space = gymnasium.spaces.Discrete(4)
+
+    def __init__(self, side=8, place=None, chance=0.05):
+        self.side, self.place, self.chance = side, place, chance
+        self.observation_space = gymnasium.spaces.Discrete(side * side)
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.cell = (options or {}).get("cell", (0, 0))
+        return 0, {}
+
+    def step(self, action):
+        move = ((1, 0), (0, 1), (-1, 0), (0, -1))[action]
+        self.cell = tuple(min(max(at + by, 0), self.side - 1) for at, by in zip(self.cell, move, strict=True))
+        if (self.place is None or self.cell == self.place) and self.np_random.random() < self.chance and self.place:
+            self.cell = (0, 0)
+        over = self.cell == (self.side - 1,) * 2
+        return self.cell[0] * self.side + self.cell[1], float(over), over, False, {}
+
+
+@pytest.mark.parametrize("place", [(6, 6), (7, 6), (3, 7), (5, 5), (6, 2)])
+def test_chance_in_a_single_cell_is_found(place):
+    with pytest.raises(PlanningError, match="chance decides what actions do"):
+        Lesson(partial(Gust, place=place), "exact", max_turns=14)
+
+
+def test_draws_that_decide_nothing_are_tried_within_the_time():
+    assert Lesson(partial(Gust, 2), "exact", max_turns=14).planned.size == "4 states"
+    with pytest.raises(PlanningError, match=r"steps drew random numbers, and were tried 300 times"):
+        Lesson(partial(Gust, 8), Exact(seconds=0.3), max_turns=14)
+
+
+class Hall(Gust):
+    """Nothing is drawn; a corner pays twice as much as another, which is nearer."""
+
+    def step(self, action):
+        seen, *_ = super().step(action)
+        pays = {(self.side - 1, self.side - 1): 2.0, (0, self.side - 1): 1.0}.get(self.cell, 0.0)
+        return seen, pays, pays > 0, False, {}
+
+
+def hall(turns, states=5_000):
+    seat = llf_teacher.teach(partial(Hall, 12, (99, 99)), oracle=Exact(states=states), max_turns=turns)
+    return lambda *cell: [
+        atom.claim.action
+        for atom in seat.reset(seed=0, options={"cell": cell} if cell else None)[1]["atoms"]
+        if atom.kind is FP
+    ], seat.teacher.oracle.model
+
+
+def test_only_the_states_that_time_suffices_for_are_explored():
+    """Values from another start are not taken where they lack states."""
+    for turns, start, action in ((11, (), 1), (4, (11, 7), 1), (4, (11, 6), None)):
+        advised, model = hall(turns)
+        assert model.size == (turns + 1) * (turns + 2) // 2
+        assert advised(*start) == ([] if action is None else [action])
+    advised, model = hall(5)
+    assert advised() == []
+    assert advised(2, 8) == [1]  # its way is not known from the corner
+    assert model.size > 6 * 7 / 2
+
+
+def test_an_episode_with_too_many_states_is_played_in_silence():
+    advised, model = hall(5, 30)
+    with pytest.warns(UserWarning, match="no values in this episode: more than 30 states can be reached"):
+        assert advised(6, 6) == []
+    assert model.silences.total() == 1
+    assert advised() == []
+
+
+class Hasty(EmptyEnv):
+    """The time limit, and with it what a goal pays, is drawn in each episode."""
+
+    def _gen_grid(self, width, height):
+        super()._gen_grid(width, height)
+        self.max_steps = int(self._rand_int(6, 21))
+
+
+def test_what_fades_is_that_of_the_episode():
+    """And the turns are those of its limit."""
+    seat = llf_teacher.teach(partial(Hasty, size=5, max_steps=20), oracle="exact", instruction_type="b")
+    for seed in range(6):
+        info = seat.reset(seed=seed)[1]
+        world = seat.session.world
+        steps = world.env.unwrapped.max_steps
+        claims = [atom.claim for atom in info["atoms"]]
+        assert [each.turns for each in claims if type(each) is Total] == [steps]
+        assert [each.part for each in claims if type(each) is Fading] == pytest.approx([0.9 / steps])
+        best = max(seat.teacher.oracle.stated_values(world.truth))
+        assert best == pytest.approx(1 - 0.9 * 5 / steps)
+        assert all(
+            each.holds(Moment.opening(world.truth), seat.teacher.oracle.lab) for each in claims if type(each) is Total
+        )
+
+
+class Named(Gust):
+    """Names its actions, or too many of them, or by no numbers."""
+
+    def __init__(self, words=None, **kinds):
+        super().__init__(3, (9, 9))
+        if words:
+            self.get_action_meanings = lambda: words
+        else:
+            self.actions = enum.Enum("actions", kinds)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (partial(Named, ["E", "S", "W", "N"]), ["e", "s", "w", "n"]),
+        (partial(Named, ["E", "S", "W", "N", "FIRE"]), []),
+        (partial(Named, East=0, South_by=1, West=2, North=3), ["east", "south by", "west", "north"]),
+        (partial(Named, East="e", South="s"), []),
+        (lambda: gymnasium.wrappers.ClipReward(small(), 0, 1), ["left", "down", "right", "up"]),
+        (lambda: gymnasium.wrappers.TransformAction(small(), lambda a: (a + 1) % 4, gymnasium.spaces.Discrete(4)), []),
+        (lambda: gymnasium.wrappers.TransformAction(small(), lambda a: a, gymnasium.spaces.Discrete(2)), []),
+        (lambda: gymnasium.wrappers.StickyAction(small(), 0.1), []),
+    ],
+)
+def test_words_are_those_of_all_actions_as_they_are_taken(make, words):
+    env = make()
+    assert list(words_of(env, known(env) or Known())) == words
+
+
+def test_where_words_do_not_fit_there_are_numbers():
+    seat = llf_teacher.teach(partial(Named, ["E", "S", "W", "N", "FIRE"]), oracle="auto", max_turns=9)
+    assert [atom.claim.answer for atom in seat.reset(seed=0)[1]["atoms"] if atom.kind is FP] == ["0"]
+
+
+@pytest.mark.parametrize(
+    "wrap",
+    [
+        lambda env: gymnasium.wrappers.TransformObservation(env, lambda seen: -seen, None),
+        lambda env: gymnasium.wrappers.TransformAction(env, lambda action: 2 - action, gymnasium.spaces.Discrete(3)),
+        lambda env: gymnasium.wrappers.FrameStackObservation(env, 2),
+    ],
+)
+def test_an_expert_is_known_only_of_what_it_sees_and_does(wrap):
+    env = gymnasium.make("Acrobot-v1")
+    assert known(env).expert
+    assert known(wrap(env)).expert is known(wrap(env)).describe is None
+    with pytest.raises(PlanningError, match="no expert is known"):
+        Lesson(lambda: wrap(env), Expert())
+
+
+class Holds(Gust):
+    """Holds something that is hard to look at.
+
+    Args:
+        what: a name of `HARD`.
+    """
+
+    def __init__(self, what):
+        super().__init__(3, (9, 9))
+        self.what = what
+
+    def reset(self, **given):
+        self.held = HARD[self.what]()
+        return super().reset(**given)
+
+
+def a_function_that_calls_itself():
+    def down(n):
+        return n and down(n - 1)
+
+    return down
+
+
+def a_function_with_an_empty_cell():
+    def calls():
+        return later()
+
+    if not calls:
+        later = calls
+    return calls
+
+
+def a_list_that_holds_itself():
+    found = [1]
+    found.append(found)
+    return found
+
+
+def a_deep_list():
+    found = []
+    for _ in range(5_000):
+        found = [found]
+    return found
+
+
+HARD = {
+    each.__name__: each
+    for each in (a_function_that_calls_itself, a_function_with_an_empty_cell, a_list_that_holds_itself, a_deep_list)
+}
+
+
+@pytest.mark.parametrize("what", HARD)
+def test_what_holds_itself_is_compared_or_refused(what):
+    if what == "a_deep_list":
+        with pytest.raises(PlanningError, match="hold each other more than 50 times"):
+            Lesson(partial(Holds, what), "exact", max_turns=9)
+        return
+    assert still_value(HARD[what]()) == still_value(HARD[what]())
+    subject = Lesson(partial(Holds, what), "auto", max_turns=9)
+    assert (subject.planned.tier, subject.planned.size) == ("exact", "9 states")

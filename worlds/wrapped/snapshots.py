@@ -279,8 +279,10 @@ def layers(env: _Env) -> Iterator[Any]:
 
 
 def time_limits(env: _Env) -> tuple[int, ...]:
-    """The numbers of steps after which Gymnasium's `TimeLimit` ends an episode, of each that is around."""
-    return tuple([each._max_episode_steps for each in layers(env) if isinstance(each, wrappers.TimeLimit)])
+    """The numbers of steps after which an episode ends: of each `TimeLimit` around, and of an attribute `max_steps`."""
+    limits = [each._max_episode_steps for each in layers(env) if isinstance(each, wrappers.TimeLimit)]
+    own = getattr(env.unwrapped, "max_steps", None)
+    return (*limits, own) if type(own) is int and own > 0 else tuple(limits)
 
 
 def is_table(name: str, part: Any) -> bool:

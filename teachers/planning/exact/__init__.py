@@ -1,6 +1,6 @@
 """The exact tier: all transitions are known, so that the best actions are, and what others lose."""
 
-from collections.abc import Callable, Set
+from collections.abc import Callable, Hashable, Set
 from dataclasses import dataclass
 from functools import cached_property, partial
 from math import isfinite
@@ -41,7 +41,7 @@ from teachers.planning.transitions import Transitions
 from teachers.planning.visible import privileged
 from teachers.spec import is_count
 from worlds.wrapped.gym_world import GymWorld, Position, faithful
-from worlds.wrapped.snapshots import copied, sealed
+from worlds.wrapped.snapshots import copied, sealed, time_limits
 
 _Env = gymnasium.Env[Any, Any]
 _TRIES = 3  # of actions before the episode
@@ -94,7 +94,7 @@ class Exact(Planner):
         except PlanningError as error:
             model, look, source = self._explored(env, turns, own, str(error))
         else:
-            model = Atlas(transitions, partial(self._values, turns, None))
+            model = Atlas(self._values(turns, None, transitions))
         return Planned(
             tier="exact",
             why=source,
@@ -110,7 +110,7 @@ class Exact(Planner):
             look=look,
             model=model,
             horizon=model.horizon,
-            action_words=own.action_words or words_of(env),
+            action_words=words_of(env, own),
             describe=own.describe,
             success=own.success,
             privileged=False if own.table is not None else privileged(env, listed),
@@ -136,21 +136,29 @@ class Exact(Planner):
             raise PlanningError(f"it holds {hidden}, which may draw random numbers that are not seen")
         if not faithful(env, copied):
             raise PlanningError(f"{why}; and its copies do not continue like the original")
-        fading = None if own.fading is None else own.fading(env)
-        if fading is not None and self.gamma is not None:
+        if own.fading is not None and self.gamma is not None:
             raise PlanningError("the environment pays less with time, which goes with no gamma; leave out gamma=...")
-        search = partial(
-            _explore, explored if self.state is None else explore, state, fading, turns, self.states, self.seconds
-        )
         env.reset(seed=0)
         key = state(env)
         try:
             hash(key)
         except TypeError:
             raise TypeError(f"state must give something hashable, such as a tuple or bytes, got {key!r}") from None
-        transitions = search(env, 0)
-        source = f"all {len(transitions):,} states that can be reached by copies of the environment (in one episode)"
-        return Atlas(transitions, partial(self._values, turns, fading), search), state, source
+        look = _Limited(state)
+        search = partial(self._episode, look, own.fading, turns)
+        values = search(env, 0)
+        count = len(values.transitions)
+        source = f"all {count:,} states that can be reached by copies of the environment (in one episode)"
+        return Atlas(values, search), look, source
+
+    def _episode(
+        self, state: State, fading: Callable[[_Env], Callable[[int], float]] | None, turns: int, env: _Env, turn: int
+    ) -> Worths:
+        """The values from a state on, with the limits and the fading of this very episode."""
+        limit, share = min([turns, *time_limits(env)]), None if fading is None else fading(env)
+        find, late = explore if self.state else explored, self.gamma is not None
+        bounds = {"limit": limit, "late": late, "states": self.states, "seconds": self.seconds}
+        return self._values(limit, share, find(env, state, turn, share or _whole, **bounds))
 
     def _values(self, turns: int, fading: Callable[[int], float] | None, transitions: Transitions) -> Worths:
         if self.gamma is None and turns * len(transitions) > _MOST:
@@ -166,17 +174,14 @@ class Exact(Planner):
         return Worths(transitions, turns if self.gamma is None else None, self.gamma, fading)
 
 
-def _explore(
-    find: Callable[..., Transitions],
-    state: State,
-    fading: Callable[[int], float] | None,
-    limit: int,
-    states: int,
-    seconds: float,
-    env: _Env,
-    turn: int,
-) -> Transitions:
-    return find(env, state, turn, fading or _whole, limit=limit, states=states, seconds=seconds)
+@dataclass(frozen=True)
+class _Limited:
+    """The key of a state, with the time limits of its episode."""
+
+    state: State
+
+    def __call__(self, env: _Env) -> tuple[Hashable, tuple[int, ...]]:
+        return self.state(env), time_limits(env)
 
 
 def _whole(turn: int) -> float:
@@ -236,8 +241,9 @@ class ExactOracle(Oracle[Position, GymWorld]):
 
     def _basics(self, truth: Position) -> tuple[Claim, ...]:
         model, values = self.model, self.model.at(truth, self.lab)
-        aim = Discounted(gamma=model.gamma) if model.horizon is None else Total(turns=model.horizon)  # type: ignore[arg-type]  # one is None
-        fading = 0.0 if model.horizon is None else values.share(0) - values.share(1)
+        turns = values.horizon
+        aim = Discounted(gamma=model.gamma) if turns is None else Total(turns=turns)  # type: ignore[arg-type]  # one is None
+        fading = 0.0 if turns is None else values.share(0) - values.share(1)
         return (aim, *([Fading(part=fading)] if fading else []), Syntax(expected=self.lab.action_syntax))
 
     def _practice(self, truth: Position, rng: np.random.Generator) -> tuple[Claim, ...]:
@@ -343,5 +349,5 @@ class CertainOracle(ExactOracle):
 
     def _solution(self, truth: Position) -> tuple[Claim, ...]:
         values = self.model.at(truth, self.lab)
-        actions = self._way(truth, self.model.horizon or len(values.transitions), values.exactly)
+        actions = self._way(truth, values.horizon or len(values.transitions), values.exactly)
         return (route(actions, self.lab),) if actions else ()

@@ -1,41 +1,59 @@
 """What the exact tier knows of an environment."""
 
-from collections.abc import Callable
-from typing import Any
+import warnings
+from collections import Counter, deque
+from collections.abc import Callable, Hashable
+from typing import Any, NamedTuple
 
 import gymnasium
 
 from teachers.planning.exact.worths import Worths
+from teachers.planning.planner import PlanningError
 from teachers.planning.transitions import Transitions
 from worlds.wrapped.gym_world import GymWorld, Position
 
-_KEPT = 16  # explored episodes
+_KEPT = 16  # explored episodes, and such that are none
+_NOWHERE = ("no state",)
+
+
+class _Map(NamedTuple):
+    """What was found from a state on."""
+
+    values: Worths
+    begun: int
+    """Turn of that state."""
+    depths: dict[Hashable, int]
+    """Fewest actions to each state, where those that time does not suffice for are left out; empty: none are."""
+
+    def covers(self, truth: Position) -> bool:
+        """Whether all states are known that can be reached from a truth."""
+        if truth.seen not in self.values:
+            return False
+        return not self.depths or truth.turn - self.begun >= self.depths[truth.seen]
 
 
 class Atlas:
     """The values of all states, computed once, or anew for each episode whose states are not known yet.
 
     Args:
-        transitions: those that are known.
-        solve: computes the values.
-        explore: the transitions of the states that an environment can reach, given the number of actions so far; None:
-            all are known.
+        values: those that are known.
+        explore: the values of the states that an environment can reach, given the number of actions so far; None: all
+            are known.
     """
 
-    def __init__(
-        self,
-        transitions: Transitions,
-        solve: Callable[[Transitions], Worths],
-        explore: Callable[[gymnasium.Env[Any, Any], int], Transitions] | None = None,
-    ) -> None:
-        self._solve, self._explore = solve, explore
-        self._known = [solve(transitions)]
-        self.horizon, self.gamma, self.actions = self._known[0].horizon, self._known[0].gamma, self._known[0].actions
+    def __init__(self, values: Worths, explore: Callable[[gymnasium.Env[Any, Any], int], Worths] | None = None) -> None:
+        self._explore = explore
+        self._known = [_Map(values, 0, _depths(values.transitions) if explore else {})]
+        self.horizon, self.gamma, self.actions = values.horizon, values.gamma, values.actions
+        self._nothing = Worths({_NOWHERE: [[]] * self.actions}, self.horizon, self.gamma)
+        self._lost: deque[Any] = deque(maxlen=_KEPT)
+        self.silences: Counter[str] = Counter()
+        """The number of episodes of which nothing is known, by the reason."""
 
     @property
     def spread(self) -> float:
         """The greatest difference between two actions in any known state."""
-        return max(values.spread for values in self._known)
+        return max(each.values.spread for each in self._known)
 
     @property
     def explores(self) -> bool:
@@ -45,25 +63,49 @@ class Atlas:
     @property
     def size(self) -> int:
         """The number of states that are known, those after the end included."""
-        return max(len(values.transitions) for values in self._known)
+        return max(len(each.values.transitions) for each in self._known)
 
     @property
     def certain(self) -> bool:
         """Whether nothing is left to chance."""
-        return all(values.certain for values in self._known)
+        return all(each.values.certain for each in self._known)
 
     def at(self, truth: Position, lab: GymWorld) -> Worths:
         """The values of the states around a truth; the lab goes there if they have to be explored.
 
-        Raises:
-            PlanningError: the episode has more states than are allowed.
+        Where these are too many, or chance decides, no values are known in the whole episode, and a warning says so.
         """
-        for values in self._known:
-            if truth.seen in values:
-                return values
-        if self._explore is None:
-            return self._known[0]
+        for each in self._known:
+            if each.covers(truth):
+                return each.values
+        start = truth.episode.anchor or truth.episode
+        if self._explore is None or any(start is lost for lost in self._lost):
+            return self._nothing
         lab.restore(truth)
-        values = self._solve(self._explore(lab.env, truth.turn))
-        self._known = [values, *self._known[: _KEPT - 1]]
+        try:
+            values = self._explore(lab.env, truth.turn)
+        except PlanningError as error:
+            self._lost.append(start)
+            self.silences[f"{error}"] += 1
+            warnings.warn(f"the teacher knows no values in this episode: {error}", stacklevel=2)
+            return self._nothing
+        self._known = [_Map(values, truth.turn, _depths(values.transitions)), *self._known[: _KEPT - 1]]
         return values
+
+    def __getstate__(self) -> dict[str, Any]:
+        return self.__dict__ | {"_lost": deque(maxlen=_KEPT)}
+
+
+def _depths(transitions: Transitions) -> dict[Hashable, int]:
+    """The fewest actions to each state from the first one; empty if all were explored that can be reached."""
+    found = {next(iter(transitions)): 0}
+    queue, cut = deque(found), False
+    while queue:
+        here = queue.popleft()
+        for action in transitions[here]:
+            cut |= not action
+            for _, after, _ in action:
+                if after is not None and after not in found:
+                    found[after] = found[here] + 1
+                    queue.append(after)
+    return found if cut else {}

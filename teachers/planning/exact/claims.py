@@ -26,7 +26,7 @@ class Total(Claim[Position, GymWorld]):
 
     def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
         """Compare with what the values are of."""
-        return lab.model.gamma is None and bool(lab.model.horizon == self.turns)
+        return lab.model.gamma is None and bool(lab.model.at(moment.after, lab).horizon == self.turns)
 
 
 @claim

@@ -1,7 +1,7 @@
 """Transitions by exploration: all states that can be reached, by copies of the environment."""
 
 from collections import deque
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable, Hashable
 from itertools import count as count_up
 from itertools import islice
 from math import isfinite
@@ -20,23 +20,31 @@ from teachers.planning.transitions import Transition, Transitions
 from worlds.wrapped.snapshots import copied, draws, shake
 
 _Env = gymnasium.Env[Any, Any]
-_SAMPLED = 50  # states in which a step is repeated, with other random numbers and from another way there
-_LUCK, _LATER = 30, 2  # other random numbers, with which a step that draws some is repeated there, and elsewhere
+_SAMPLED = 50  # states in which a step is repeated that draws nothing, or from another way there
+_LUCK = 300  # other random numbers, with which each step that draws some is repeated
 _PLAYED, _PLAYED_AGAIN = 1_500, 500  # steps by which transitions are tried, when they are new and when they were stored
 _CLOSE = 1e-9  # rewards that differ by less are equal
 
 
 def explored(
-    env: _Env, state: State, turn: int, share: Callable[[int], float], *, limit: int, states: int, seconds: float
+    env: _Env,
+    state: State,
+    turn: int,
+    share: Callable[[int], float],
+    *,
+    limit: int,
+    late: bool,
+    states: int,
+    seconds: float,
 ) -> Transitions:
     """The same as `explore`, once for all processes: what is found is stored, and tried before it is used again.
 
     To be used with functions of ours as `state`, which the key of a stored table covers.
     """
-    key = cache.key_of(env, state(env), limit, Contents(strict=False)(env))
+    key = cache.key_of(env, state(env), turn, limit, late, Contents(strict=False)(env))
     found = cache.load(key)
     if found is None or len(found) > states or _disagreement(env, state, turn, share, limit, found, _PLAYED_AGAIN):
-        found = explore(env, state, turn, share, limit=limit, states=states, seconds=seconds)
+        found = explore(env, state, turn, share, limit=limit, late=late, states=states, seconds=seconds)
         cache.save(key, found)
     return found
 
@@ -55,6 +63,7 @@ def _disagreement(
     ways = _Ways(found)
     while left > 0:
         there, now, key = copied(env), turn, state(env)
+        shake(there, left)
         wander, goal = int(rng.integers(max(1, limit - turn))), int(rng.integers(max(1, len(ways.goals))))
         while now + 1 < limit and share(now) > 0:  # in the last turn an end by time hides others
             row = found.get(key)
@@ -118,6 +127,7 @@ def explore(
     share: Callable[[int], float],
     *,
     limit: int,
+    late: bool,
     states: int,
     seconds: float,
 ) -> Transitions:
@@ -129,13 +139,14 @@ def explore(
         turn: number of actions before that state.
         share: what is paid of a reward after so many actions.
         limit: number of actions after which time is over; an environment that truncates an episode before ends it.
+        late: whether states count, too, that are reached only after so many.
         states, seconds: the most states, and the most time.
 
     Raises:
         PlanningError: a bound is reached, chance decides what happens, or states of the same key differ.
     """
     with ProgressBar("exploring", "states") as bar:
-        return _explore(env, state, turn, share, limit, states, seconds, bar)
+        return _explore(env, state, turn, share, limit, late, states, seconds, bar)
 
 
 def _explore(
@@ -144,6 +155,7 @@ def _explore(
     turn: int,
     share: Callable[[int], float],
     limit: int,
+    late: bool,
     states: int,
     seconds: float,
     bar: ProgressBar,
@@ -153,7 +165,7 @@ def _explore(
     ended: set[Hashable] = set()
     queue = deque([(copied(env), state(env), turn)])
     seen = {queue[0][1]}
-    lucks = count_up()
+    lucks, drawing = count_up(), 0
     again: list[tuple[_Env, Hashable, int]] = []  # states that were reached by another way
     while queue:
         here, key, now = queue.popleft()
@@ -162,12 +174,19 @@ def _explore(
             there = copied(here)
             before = draws(there)
             transition, after = _step(there, action, state, share(now), now + 1 < limit)
-            tries = _LUCK if len(found) <= _SAMPLED else _LATER if draws(there) != before else 0
-            _check_certain(here, action, state, share(now), now + 1 < limit, transition, islice(lucks, tries))
+            drew = draws(there) != before
+            for luck in islice(lucks, _LUCK if drew else len(found) <= _SAMPLED):
+                other = copied(here)
+                shake(other, luck)
+                if not _same(_step(other, action, state, share(now), now + 1 < limit)[0], transition):
+                    raise PlanningError("chance decides what actions do, and there is no table that says how")
+                if bar.seconds > seconds:
+                    break
+            drawing += drew
             rows.append([transition])
             if bar.seconds > seconds:
                 break
-            if transition.state is None:
+            if transition.state is None or (not late and now + 1 >= limit):
                 ended.add(after)
             elif after not in seen:
                 seen.add(after)
@@ -181,10 +200,11 @@ def _explore(
             )
         bar.show(len(found), len(seen))
         if len(seen) > states or bar.seconds > seconds:
-            counts = state.counts if isinstance(state, Contents) else ()
+            counts = getattr(getattr(state, "state", state), "counts", ())
             raise PlanningError(
                 f"more than {len(seen) - 1:,} states can be reached, {len(found):,} of which were explored in "
                 f"{bar.seconds:.0f} s; the bounds are states={states:,} and seconds={seconds:g}; "
+                + ((drawing and f"{drawing:,} steps drew random numbers, and were tried {_LUCK} times; ") or "")
                 + (
                     f"the environment counts steps in {', '.join(counts)}, so that no state comes twice; if the count "
                     f"decides nothing, {HINT}, and without the count"
@@ -221,20 +241,6 @@ def _step(env: _Env, action: int, state: State, share: float, early: bool) -> tu
         raise PlanningError(f"rewards must be finite, got {float(reward)} for action {action}")
     over = terminated or (truncated and early)
     return Transition(1.0, None if over else after, float(reward) / share), after
-
-
-def _check_certain(
-    env: _Env, action: int, state: State, share: float, early: bool, transition: Transition, lucks: Iterator[int]
-) -> None:
-    """Take an action once more, with other random numbers; where it draws any, with all, for chances may be small."""
-    for luck in lucks:
-        other = copied(env)
-        shake(other, luck)
-        before = draws(other)
-        if not _same(_step(other, action, state, share, early)[0], transition):
-            raise PlanningError("chance decides what actions do, and there is no table that says how")
-        if draws(other) == before:
-            return
 
 
 def _same(one: Transition, other: Transition) -> bool:

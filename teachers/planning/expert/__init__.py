@@ -2,7 +2,7 @@
 
 import warnings
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Set
+from collections.abc import Callable, Iterable, Iterator, Set
 from dataclasses import dataclass
 from math import inf
 from pathlib import Path
@@ -113,7 +113,6 @@ class Expert(Planner):
             margin=self.margin,
             others=self.others,
         )
-        words = own.action_words or words_of(env)
         whose = "that is known for it" if self.policy is None else "that was given"
         chance = "nothing was found to be left to chance" if certain else f"{guide.rollouts} for each comparison"
         chance += hidden and f", for {hidden} may draw random numbers that are not seen"
@@ -126,7 +125,7 @@ class Expert(Planner):
             phrases=Path(__file__).with_name("phrases.toml"),
             look=None,
             model=guide,
-            action_words=words if _fit(words, env.action_space) else {},
+            action_words=words_of(env, own),
             describe=own.describe,
             success=success or own.success,
             privileged=privileged(env, listed),
@@ -148,11 +147,6 @@ def _parts(space: spaces.Space[Any]) -> Iterable[spaces.Space[Any]]:
     if isinstance(space, spaces.Tuple | spaces.OneOf):
         return space.spaces
     return (space.feature_space,) if isinstance(space, spaces.Sequence) else ()
-
-
-def _fit(words: Mapping[str, Any], space: spaces.Space[Any]) -> bool:
-    """Whether words name all actions: with other options an environment may have others."""
-    return isinstance(space, spaces.Discrete) and set(words.values()) == set(range(int(space.n))) and space.start == 0
 
 
 class ExpertWarning(UserWarning):

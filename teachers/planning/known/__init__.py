@@ -11,6 +11,7 @@ from types import FunctionType
 from typing import Any
 
 import gymnasium
+from gymnasium import spaces
 
 from teachers.planning.transitions import Transitions
 from worlds.wrapped.snapshots import is_plain, layers
@@ -83,7 +84,8 @@ def known(env: _Env) -> Known | None:
     """What is known of an environment, by its class or a base of it; None if it is nothing.
 
     Of a subclass of another package that overrides rules, of an environment with methods of its own, and behind a
-    wrapper that may change them, only words, experts and guesses are.
+    wrapper that may change them, only words, experts and guesses are; behind one that may change actions or
+    observations, neither words of observations nor experts.
     """
     for cls in type(env.unwrapped).__mro__:
         if name := _MODULES.get(f"{cls.__module__}:{cls.__qualname__}"):
@@ -92,8 +94,9 @@ def known(env: _Env) -> Known | None:
                 found = _without_rules(found)
             if _overrides(env.unwrapped, cls, _HARMLESS | found.free):
                 found = replace(_without_rules(found), lasts=None, success=None, goal="")
-            watched = any(isinstance(layer, gymnasium.ObservationWrapper) for layer in layers(env))
-            return replace(found, hides=found.hides or None) if watched else found
+            if any(isinstance(each, gymnasium.ObservationWrapper) or not _acts(each) for each in layers(env)):
+                found = replace(found, hides=found.hides or None, describe=None, expert=None)
+            return found
     return None
 
 
@@ -129,11 +132,23 @@ def _home(value: type | FunctionType) -> str:
     return value.__module__.partition(".")[0]
 
 
-def words_of(env: _Env) -> dict[str, int]:
-    """Words for actions that an environment names itself: by an enumeration `actions`, or by `get_action_meanings`."""
-    bare: Any = env.unwrapped
-    named = getattr(bare, "actions", None)
-    if isinstance(named, enum.EnumMeta):
-        return {each.name.lower().replace("_", " "): int(each.value) for each in named}  # type: ignore[var-annotated]
-    meanings = getattr(bare, "get_action_meanings", None)
-    return {str(word).lower(): action for action, word in enumerate(meanings())} if callable(meanings) else {}
+def words_of(env: _Env, own: Known) -> Mapping[str, int]:
+    """Words for actions: those that are known, an enumeration `actions`, or `get_action_meanings`.
+
+    None where they do not name all actions, or a wrapper may give the environment others.
+    """
+    bare, space = env.unwrapped, env.action_space
+    named, meanings = getattr(bare, "actions", None), getattr(bare, "get_action_meanings", None)
+    words: Mapping[str, Any] = own.action_words
+    if not words and isinstance(named, enum.EnumMeta):
+        words = {each.name.lower().replace("_", " "): each.value for each in named}  # type: ignore[var-annotated]
+    elif not words and callable(meanings):
+        words = {str(word).lower(): action for action, word in enumerate(meanings())}
+    fits = isinstance(space, spaces.Discrete) and set(words.values()) == set(range(int(space.n))) and space.start == 0
+    return words if fits and all(map(_acts, layers(env))) else {}
+
+
+def _acts(layer: Any) -> bool:
+    """Whether it passes on actions as they are."""
+    pays = isinstance(layer, gymnasium.RewardWrapper) and type(layer).step is gymnasium.RewardWrapper.step
+    return pays or is_plain(layer)

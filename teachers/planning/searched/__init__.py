@@ -148,7 +148,7 @@ class Searched(Planner):
             look=state,
             model=scout,
             horizon=turns,
-            action_words=own.action_words or words_of(env),
+            action_words=words_of(env, own),
             describe=own.describe,
             success=success,
             privileged=privileged(env, entry),
