@@ -201,20 +201,16 @@ class Vocabulary:
         if not isinstance(listed, list | tuple) or len(listed) > MOST_CLAIMS:
             problems.append(f"claims must be a list of at most {MOST_CLAIMS} claims, got {_shown(listed)}")
             listed = ()
-        claims: list[Claim] = []
-        left = MOST_CHARACTERS
+        claims, left = [], MOST_CHARACTERS
         for data in listed:
             try:
                 claim = self.claim_of(data, moment)
                 if (size := len(f"{claim}")) > left:
-                    raise ValueError(
-                        f"claims must have at most {MOST_CHARACTERS} characters together, got {claim!r:.60}"
-                    )
-            except ValueError as error:
-                problems.append(f"{error}")
-            else:
+                    raise ValueError(f"claims must have at most {MOST_CHARACTERS} characters, got {claim!r:.60}")
                 claims.append(claim)
                 left -= size
+            except ValueError as error:
+                problems.append(f"{error}")
         return Message(tuple(claims), storable(text).strip(), tuple(problems))
 
     def holds(self, claim: Claim, moment: Moment[Any]) -> bool:
@@ -289,9 +285,7 @@ def holds(claim: Claim, moment: Moment[Any], oracle: Oracle, voice: Phrasebook |
             return bool(claim.means(moment, oracle))
         return bool(claim.holds(moment, oracle.lab))
     except Exception as error:  # the check of a claim of an oracle need not be ready for any field
-        raise ValueError(
-            f"{claim!r:.100} cannot be checked: the world has no such thing, or no words for it"
-        ) from error
+        raise ValueError(f"{claim!r:.100} cannot be checked: the world has no such thing, nor words for it") from error
 
 
 def in_own_words(atoms: Sequence[Atom], text: str, voice: Phrasebook) -> Utterance:

@@ -320,7 +320,7 @@ def summary(family: str, reads: str, rows: Sequence[TurnRow], *, measured: bool 
         unbuilt=sum(row.unbuilt or 0 for row in rows),
         withheld=sum(row.withheld or 0 for row in rows),
         **_readings(rows),
-        **(_gains(said) if measured else {}),
+        **(_gains(said, rows) if measured else {}),
         why=why,
     )
 
@@ -344,7 +344,7 @@ def _readings(rows: Sequence[TurnRow]) -> dict[str, Any]:
     }
 
 
-def _gains(said: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
+def _gains(said: Sequence[Mapping[str, Any]], rows: Sequence[TurnRow]) -> dict[str, Any]:
     """The sums of what claims say, where it was measured."""
     from teachers.information import Bits, Gain
 
@@ -353,6 +353,8 @@ def _gains(said: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
         if "information" in atom:
             gain = Gain.of(atom["text"], Bits._make(map(atom["information"].get, Bits._fields)))
             total, kinds[atom["kind"]] = total + gain, kinds[atom["kind"]] + gain.bits
+    if any("information" in atom and not atom["text"] for atom in said):  # whose words are not known: all are counted
+        total = total._replace(words=sum(len(row.feedback.split()) for row in rows))
     sums = total._asdict()
     named = {"claims": "measured", "unknown": "unmeasured", "words": "measured_words"}
     return {named.get(name, name): value for name, value in sums.items()} | {

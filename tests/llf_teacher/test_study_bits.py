@@ -5,6 +5,7 @@ import csv
 import json
 import math
 import sqlite3
+import sys
 
 import numpy as np
 import pytest
@@ -49,6 +50,30 @@ def test_measuring_changes_no_lesson(results, tmp_path):
                 turn["atoms"] = [bare(atom, "information") for atom in turn["atoms"]]
             assert turns == plain.turns(without["key"])
         assert 'id="information"' not in plain.report().html
+
+
+def test_claims_beside_words_of_its_own_are_measured_by_all_words(tmp_path, monkeypatch):
+    (tmp_path / "composers.py").write_text(COMPOSER)
+    monkeypatch.syspath_prepend(tmp_path)
+    with run(study(ids=[ARMS], teachers=["composers:Composer"], seeds=1), tmp_path / "s.db", workers=1) as found:
+        for row in found.rows():
+            assert row["measured"] > 0
+            assert row["measured_words"] == row["words"] == 4 * row["turns"]
+    monkeypatch.delitem(sys.modules, "composers")
+
+
+COMPOSER = """
+class Composer:
+    def reset(self, rng):
+        pass
+
+    def act(self, observation, info):
+        if not info["moment"].turn:
+            return "Find the treasure."
+        vocabulary = info["vocabulary"]
+        claims = [atom.claim for atom in info["suggestion"].atoms if type(atom.claim) in vocabulary.classes.values()]
+        return {"claims": [vocabulary.data_of(claim) for claim in claims], "text": "It is that way."}
+"""
 
 
 def test_sums_are_those_of_the_claims(results):

@@ -277,7 +277,7 @@ def test_what_cannot_be_checked_is_named_without_internals():
     teacher = parking.make_teacher(parking.make_world())
     empty = Push(pedal="push forwards", way=())
     with pytest.raises(
-        ValueError, match=r"^Push\(.*way=\(\)\) cannot be checked: the world has no such thing, or no words"
+        ValueError, match=r"^Push\(.*way=\(\)\) cannot be checked: the world has no such thing, nor words"
     ):
         holds(empty, MOMENT, teacher.oracle, teacher.voice)
 
@@ -289,7 +289,7 @@ def test_the_claims_of_a_message_are_bounded_together():
     assert time.process_time() - began < 5
     assert len(found.claims) == 1
     assert len(found.problems) == 31
-    assert "claims must have at most 32768 characters together, got TreasuresIn(" in found.problems[0]
+    assert "claims must have at most 32768 characters, got TreasuresIn(" in found.problems[0]
 
 
 def test_no_text_from_outside_keeps_a_lone_surrogate():
