@@ -28,6 +28,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy.linalg
 import scipy.sparse
 from numpy.typing import NDArray
 from rapidfuzz.distance import OSA
@@ -63,6 +64,7 @@ _SHORT = {
     "dont": "do not", "didnt": "did not", "isnt": "is not", "wasnt": "was not", "won not": "will not",
     "ca not": "can not",
 }  # fmt: skip
+_LONG = [(re.compile(rf"{short}\b", re.IGNORECASE), whole) for short, whole in _SHORT.items()]
 
 
 class Synonyms(NamedTuple):
@@ -171,21 +173,26 @@ class _Classifier:
         self._index = {part: i for i, part in enumerate(having)}
         self._rare = np.log1p(len(parts) / np.array([*having.values()], float))
         self._rarest = math.log1p(len(parts))
-        self._texts = scipy.sparse.csr_array(np.stack([self._vector(each) for each in parts]))
-        kernel = (self._texts @ self._texts.T).toarray()
-        self._inverse = np.linalg.inv(kernel + np.eye(len(parts)))
-        self._weights = self._inverse @ np.array([[label == each for each in self._labels] for _, label in self._at])
+        at, values = zip(*map(self._vector, parts), strict=True)
+        rows = np.repeat(np.arange(len(at)), [*map(len, at)])
+        shape = len(at), len(self._index)
+        self._texts = scipy.sparse.csr_array((np.concatenate(values), (rows, np.concatenate(at))), shape)
+        self._kernel = (self._texts @ self._texts.T).toarray() + np.eye(len(parts))
+        targets = np.array([[label == each for each in self._labels] for _, label in self._at], float)
+        self._weights = scipy.linalg.solve(self._kernel, targets, assume_a="pos")
 
-    def _vector(self, parts: Mapping[str, float]) -> NDArray[np.float64]:
-        """The text of these parts as a vector of length 1, or less if some are not known."""
+    @cached_property
+    def _inverse(self) -> NDArray[np.float64]:
+        return np.linalg.inv(self._kernel)
+
+    def _vector(self, parts: Mapping[str, float]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """The text of these parts as a vector of length 1, or less if some are not known: its places and values."""
         known = [part for part in parts if part in self._index]
-        at = [self._index[part] for part in known]
+        at = np.array([self._index[part] for part in known], int)
         values = self._rare[at] * [parts[part] for part in known]
         strange = sum((self._rarest * weight) ** 2 for part, weight in parts.items() if part not in self._index)
         length = math.sqrt(values @ values + strange) or 1.0
-        vector = np.zeros(len(self._index))
-        vector[at] = values / length
-        return vector
+        return at, values / length
 
     def scores(self, text: str, without: tuple[str, str] | None = None) -> dict[str, float]:
         """The score of each label, as if a labelled text were not known."""
@@ -193,7 +200,10 @@ class _Classifier:
         if without in self._at:
             i = self._at[without]
             weights = weights - np.outer(self._inverse[:, i], weights[i]) / self._inverse[i, i]
-        alike = self._texts @ self._vector(self._parts_of(text))
+        vector = np.zeros(len(self._index))
+        at, values = self._vector(self._parts_of(text))
+        vector[at] = values
+        alike = self._texts @ vector
         return dict(zip(self._labels, (alike @ weights).tolist(), strict=True))
 
 
@@ -514,8 +524,8 @@ def _doubt(patterns: tuple[str, ...]) -> re.Pattern[str]:
 
 def _written_out(text: str) -> str:
     """A text without contractions."""
-    for short, whole in _SHORT.items():
-        text = re.sub(rf"{short}\b", whole, text, flags=re.IGNORECASE)
+    for short, whole in _LONG:
+        text = short.sub(whole, text)
     return text
 
 

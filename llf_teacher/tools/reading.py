@@ -14,7 +14,7 @@ from rich.table import Table
 from scipy.stats import binomtest
 
 from pz_envs.family import Family
-from pz_envs.reading import known_phrases, make_reader
+from pz_envs.reading import known_phrases, make_reader, same_value
 from pz_envs.subject import Subject
 from teachers.atoms import Claim
 from teachers.common import Better
@@ -91,7 +91,7 @@ def read_sentences(sentences: Iterable[LabelledSentence], families: Mapping[str,
         found = [reading for reading in readers[each.family].read(each.text) if reading.layer]
         claim, slots = (found[0].claim, found[0].slots) if len(found) == 1 else (None, {})
         name = _name(families[each.family], claim) if claim else "several" if found else ""
-        alike = all(_value(slots.get(slot, "")) == _value(value) for slot, value in each.slots.items())
+        alike = all(same_value(slots.get(slot, ""), value) for slot, value in each.slots.items())
         layer = found[0].layer if found else ""
         yield Result(SENTENCES, each.family, layer, each.claim or "", name, name == each.claim and alike, each.text)
 
@@ -120,9 +120,7 @@ def read_left_out(family: Family, turns: int = 200) -> Iterator[Result]:
 def _fit(source: str, claim: Claim, slots: Mapping[str, str]) -> bool:
     """Whether the values in slots are those that the claim has there."""
     specs = {slot: spec for _, slot, spec, _ in string.Formatter().parse(source) if slot and slot in slots}
-    return all(
-        _value(slots[slot]) == _value(Template(f"{{{slot}:{spec}}}").format(claim)) for slot, spec in specs.items()
-    )
+    return all(same_value(slots[slot], Template(f"{{{slot}:{spec}}}").format(claim)) for slot, spec in specs.items())
 
 
 def _samples(family: Family, vocabulary: Vocabulary, turns: int) -> dict[str, Claim]:
@@ -154,13 +152,6 @@ def _samples(family: Family, vocabulary: Vocabulary, turns: int) -> dict[str, Cl
 def _name(subject: Subject, cls: type[Claim], vocabulary: Vocabulary | None = None) -> str:
     vocabulary = vocabulary or Vocabulary(subject.oracle_class().claims())  # type: ignore[attr-defined]
     return next((name for name, each in vocabulary.classes.items() if each is cls), "")
-
-
-def _value(text: str) -> str | float:
-    try:
-        return float(text)
-    except ValueError:
-        return text.strip(' "`').casefold()
 
 
 class Counted(NamedTuple):
