@@ -1,10 +1,12 @@
 """What people and models say in an episode: its sentences are read, made into claims, and checked in the simulator."""
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from functools import cached_property
 from typing import Any, NamedTuple
 
-from scipy.stats import binomtest
+from scipy.special import betaincinv
+from scipy.stats import binom
 
 from pz_envs.reading import build_claim, make_reader, said_by
 from pz_envs.subject import Subject
@@ -154,26 +156,41 @@ class ClaimReader:
 _TOO_LONG = f"of a text at most {MOST_SENTENCES} sentences and {LONGEST_TEXT} characters are read"
 
 
-def share_false(false: int, read: int, right: int = READ_RIGHT, known: int = READ) -> tuple[float, float]:
+def share_false(
+    readings: Iterable[tuple[str, bool]], right: int = READ_RIGHT, known: int = READ
+) -> tuple[float, float]:
     """An interval of at least 95 % for the share of a teacher's sentences that are false, by those that were read.
 
-    Let p be the share of readings that are right, and a the share that is called false. Then a = p s (share of the
-    sentences that are read right and false, s) + (1 - p) m, as in Rogan and Gladen, Estimating prevalence from the
-    results of a screening test, American Journal of Epidemiology 107 (1978), 71-76. How often a misreading is called
-    false, m, is not known, so that s lies between (a - (1 - p)) / p and a / p. Both a and p are uncertain: the bounds
-    take the ends of an interval of 97.5 % (Clopper and Pearson, by quantiles of the beta distribution) for a, and the
-    lower bound of 97.5 % for p, which together hold with 95 % (Bonferroni).
+    The reader errs on texts: one that is misread is misread as often as it is said, and may be called true or false
+    then. So of T different texts at most k are misread, the quantile of 98.75 % of the binomial distribution of T texts
+    at the greatest rate of errors, the end of the one-sided interval of 98.75 % of Clopper and Pearson (The use of
+    confidence or fiducial limits, Biometrika 26 (1934), 404-413) for `right` of `known`. The share is lowest if the k
+    texts that were called false most often were misread, and highest if those were that were called true most often.
+    Of these two shares, the outer ends of intervals of 97.5 % (Clopper and Pearson), as if each sentence were true or
+    false by itself, are the bounds, which together hold with 95 % (Bonferroni). With few texts they are near 0 and 1.
 
-    Sentences that a model read must not be counted here: nothing is known of its errors.
+    Sentences that a model read must not be counted here: nothing is known of its errors. The rate is that of plain
+    speech; of a teacher that sets traps for the reader it may be greater.
 
     Args:
-        false: sentences that were read and called false.
-        read: sentences that were read.
-        right: readings that were right, of those whose truth is known.
+        readings: each sentence that was read, and whether it was called false.
+        right: readings that were right, of those of different texts whose truth is known.
         known: number of those.
     """
-    called = binomtest(false, read).proportion_ci(0.975, "exact")
-    p = binomtest(right, known, alternative="greater").proportion_ci(0.975, "exact").low
-    if not p:
+    called = Counter((" ".join(text.casefold().split()), false) for text, false in readings)
+    read = called.total()
+    if not read:
         return 0.0, 1.0
-    return max(0.0, float((called.low - (1 - p)) / p)), min(1.0, float(called.high / p))
+    rate = _most(known - right, known, 0.9875)
+    misread = int(binom.ppf(0.9875, len({text for text, _ in called}), rate))
+    true, false = (
+        sorted((count for (_, is_false), count in called.items() if is_false is which), reverse=True)
+        for which in (False, True)
+    )
+    low, high = sum(false[misread:]), sum(false) + sum(true[:misread])
+    return 1 - _most(read - low, read, 0.9875), _most(high, read, 0.9875)
+
+
+def _most(count: int, of: int, level: float) -> float:
+    """The upper end of the one-sided interval of Clopper and Pearson for a share."""
+    return 1.0 if count == of else float(betaincinv(count + 1, of - count, level))

@@ -127,7 +127,7 @@ class Family(Subject):
                 name=error.name,
             ) from error
 
-    def make_world(self, **options: Any) -> "World[Any]":
+    def make_world(self, /, **options: Any) -> "World[Any]":
         """A world.
 
         Raises:

@@ -114,7 +114,7 @@ class Lesson(Subject):
     def __repr__(self) -> str:
         return f"<Lesson {self.name}>"
 
-    def make_world(self, **options: Any) -> GymWorld:
+    def make_world(self, /, **options: Any) -> GymWorld:
         """A world over another environment like the given one; there are no options."""
         if options:
             raise ValueError(f"{self.name} does not take these options: {', '.join(options)}")

@@ -139,7 +139,7 @@ class Registered(Subject):
         """The lesson that is planned for the options and turns of these settings."""
         return self._lesson(settings.options, settings.max_turns, settings.render_mode is not None)
 
-    def make_world(self, **options: Any) -> GymWorld:
+    def make_world(self, /, **options: Any) -> GymWorld:
         """A world with what a teacher knows of it."""
         return self._lesson(options).make_world()
 
@@ -245,7 +245,7 @@ class RegisteredLesson(Lesson):
         """The lesson of these settings; options that they lack are as in this one."""
         return self.registered.for_lesson(replace(settings, options={**self.given, **settings.options}))
 
-    def make_world(self, **options: Any) -> GymWorld:
+    def make_world(self, /, **options: Any) -> GymWorld:
         """A world; options that are not given are as in this lesson."""
         if all(name in self.given and same(value, self.given[name]) for name, value in options.items()):
             return super().make_world()

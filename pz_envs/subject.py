@@ -66,7 +66,7 @@ class Subject(ABC):
     """The class of its worlds in arrays; empty if there is none."""
 
     @abstractmethod
-    def make_world(self, **options: Any) -> "World[Any, Any, Any]":
+    def make_world(self, /, **options: Any) -> "World[Any, Any, Any]":
         """A new world."""
 
     @abstractmethod

@@ -293,8 +293,12 @@ class Near:
                 clear[name] = min(2 * scores[name], ahead, *agree, found[name].sure, 1 - strain, stated)
         best, *others = sorted(worth, key=lambda name: -worth[name])
         lead = min(clear[best], worth[best] - max((worth[name] for name in others), default=0.0))
-        its = (self._marks[each.source] for each in self._phrases if each.claim == best and each is not left)
-        if not self._marks_of(sentence) <= frozenset().union(*its):
+        its = Counter(
+            itertools.chain(
+                *(self._marks[each.source] for each in self._phrases if each.claim == best and each is not left)
+            )
+        )
+        if any(its[mark] <= its[_TURNED.get(mark, "")] for mark in self._marks_of(sentence)):
             lead = -math.inf
         return Nearest(best if lead >= CONFIDENT else None, found[best].slots, (best, *others[:2]), lead)
 
@@ -306,17 +310,17 @@ class Near:
     def _marks_of(self, text: str) -> frozenset[str]:
         """What a claim's phrases must have, too, if a text states it: doubts, bounds, and the number of negations.
 
-        A bound is a number's, on which side negations before it leave it. Negations are those of the clause with most.
+        A bound is a number's, on the side where negations of its clause put it. Negations are those of the clause with most.
         """
         text = re.sub(r"\b(?:because|since)\b", ",", _written_out(_KEPT.sub(" # ", text)))
         marks = {kind for kind, pattern in self._doubts.items() if pattern.search(text)}
         negations = 0
         for clause in re.split(r"[.,;:!?]+(?!\d)", self._reworded(text)):
+            denied = len(_NEGATION.findall(clause))
             if clause.count(" ", 1) > 1:  # "no, ..." denies nothing that follows
-                negations = max(negations, len(_NEGATION.findall(clause)))
+                negations = max(negations, denied)
             for found in _BOUND.finditer(clause):
-                turned = len(_NEGATION.findall(clause[: found.end()])) % 2
-                marks.add("at most" if (found["most"] is None) == turned else "at least")
+                marks.add("at least" if bool(found["most"]) == denied % 2 else "at most")
         return frozenset({*marks, f"{negations} negations"})
 
     def fits(self, claim: str, slots: Mapping[str, str]) -> bool:
@@ -503,6 +507,7 @@ _BOUND = re.compile(
     r"|at least|more than|higher than|over|above|beyond)\b[^\d#.,;:!]{0,12}[-+]?[\d#]",
     re.IGNORECASE,
 )
+_TURNED = {"at least": "at most", "at most": "at least"}
 _TAKEN_BACK = re.compile(rf"(?:^|[.,;:!])\s*(?:{'|'.join(sorted(_NOT))})\W*$", re.IGNORECASE)  # "Pull arm 3. Not!"
 
 

@@ -246,7 +246,9 @@ class LayeredReader:
         def is_quoted(begin: int, said: str) -> bool:
             first = begin + next(i for i, letter in enumerate(said) if letter.isalnum())
             i = bisect_left(marks, first)
-            return i % 2 == 1 and i < len(marks) and (marks[i - 1] < begin or marks[i] >= begin + len(said.rstrip(_ENDS)))
+            return (
+                i % 2 == 1 and i < len(marks) and (marks[i - 1] < begin or marks[i] >= begin + len(said.rstrip(_ENDS)))
+            )
 
         found: list[SentenceReading] = []
         for (at, end), (reading, _) in zip(gaps, phrases[1:], strict=True):

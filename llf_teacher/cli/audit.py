@@ -24,6 +24,7 @@ from llf_teacher.escaping import escape_control_chars
 
 if TYPE_CHECKING:
     from llf_teacher.tools.audit import Audit
+    from llf_teacher.tools.transcript import TranscriptAudit
     from teachers.information import Gain
     from teachers.voice import Voice
 
@@ -88,7 +89,7 @@ def audit(
     that was not asked for leaks.
 
     A transcript from elsewhere, FILE.jsonl, is played again, and its sentences are read and checked;
-    docs/how-claims-are-checked.md has its form.
+    docs/how-claims-are-checked.md has its form. The exit status is 2 if a line stops this; what was found before is shown.
     """
     if any(id.endswith(".jsonl") for id in ids or ()):
         _transcript(ids or [], as_json, reader)
@@ -148,8 +149,7 @@ def audit(
 def _transcript(paths: list[str], as_json: bool, reader: str | None) -> None:
     """Print what the sentences of a transcript are: how they were read, which are false, and the share of these."""
     from llf_teacher.speakers.parsing import NEAR, parse_reader
-    from llf_teacher.tools.transcript import LAYERS, audit_transcript
-    from pz_envs.checking import MODEL, READ, READ_RIGHT
+    from llf_teacher.tools.transcript import audit_transcript
 
     if len(paths) > 1:
         raise ValueError(f"a transcript must be given alone, got {', '.join(paths)}; audit the others by themselves")
@@ -163,7 +163,16 @@ def _transcript(paths: list[str], as_json: bool, reader: str | None) -> None:
         raise ValueError(f"cannot read {paths[0]}: {error.strerror}") from None
     if as_json:
         print(json.dumps(found.as_dict(), indent=2))  # noqa: T201
-        return
+    else:
+        _print_transcript(found)
+    if found.problem:
+        raise ValueError(f"{found.problem}; from there on nothing is judged")
+
+
+def _print_transcript(found: "TranscriptAudit") -> None:
+    from llf_teacher.tools.transcript import LAYERS
+    from pz_envs.checking import MODEL, READ, READ_RIGHT
+
     table = Table("layer", "sentences", "true", "false", box=None, padding=(0, 2, 0, 0))
     for layer in LAYERS:
         table.add_row(layer, *(f"{found.count(layer, holds=holds)}" for holds in (None, True, False)))
@@ -173,6 +182,9 @@ def _transcript(paths: list[str], as_json: bool, reader: str | None) -> None:
         if (said := each.checked).holds is False:
             text = escape_control_chars(f"line {each.line}, turn {each.turn}: {said.text}\n  {said.claim}")
             console.print(text, style="red", markup=False, soft_wrap=True)
+    if found.failures:
+        lines = ", ".join(map(str, found.failures))
+        console.print(f"No action, but a turn: what the student did in line {lines}.", soft_wrap=True)
     if (share := found.share) is not None:
         console.print(
             f"False: {share[0]:.0%} of what was read without a model; with the errors of the reader, of which "

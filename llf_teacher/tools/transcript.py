@@ -1,5 +1,6 @@
 """The audit of a transcript from elsewhere: its actions are played again, and its sentences are checked."""
 
+import itertools
 import json
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,7 +18,7 @@ from pz_envs.checking import (
     share_false,
 )
 from pz_envs.subject import Subject
-from pz_envs.text_mode import read_exactly
+from pz_envs.text_mode import failure, read_exactly
 from teachers.atoms import ParseFailure
 from teachers.session import LONGEST, Session
 from worlds.world import World
@@ -25,7 +26,7 @@ from worlds.world import World
 LONGEST_LINE, MOST_LINES = 262_144, 10_000
 """The most characters of a line, and lines of a transcript."""
 LAYERS = (*ALONE, MODEL, NOT_READ)
-_HEADER = ("id", "family", "options", "seed", "observation", "feedback")
+_HEADER = ("id", "family", "options", "seed", "max_turns", "observation", "feedback")
 _TURN = ("action", "observation", "feedback")
 
 
@@ -63,6 +64,10 @@ class TranscriptAudit(NamedTuple):
     id: str
     turns: int
     sentences: tuple[TranscriptSentence, ...]
+    failures: tuple[int, ...] = ()
+    """The lines whose action is none: the world did not step, and the turn counts."""
+    problem: str = ""
+    """Why nothing is judged from some line on; empty if all was."""
 
     def count(self, *layers: str, holds: bool | None = None) -> int:
         """Number of sentences of some layers, or of all; true or false ones only."""
@@ -75,8 +80,8 @@ class TranscriptAudit(NamedTuple):
 
         None if nothing was read so.
         """
-        false, read = self.count(*ALONE, holds=False), self.count(*ALONE)
-        return (false / read, *share_false(false, read)) if read else None
+        read = [(each.checked.text, each.checked.holds is False) for each in self.sentences if each.layer in ALONE]
+        return (self.count(*ALONE, holds=False) / len(read), *share_false(read)) if read else None
 
     def as_dict(self) -> dict[str, Any]:
         """The audit as JSON values."""
@@ -84,6 +89,8 @@ class TranscriptAudit(NamedTuple):
         return {
             "id": self.id,
             "turns": self.turns,
+            "failures": self.failures,
+            "problem": self.problem,
             "false_share": share and dict(zip(("of_read", "low", "high"), share, strict=True)),
             "sentences": [each.as_dict() for each in self.sentences],
         }
@@ -92,41 +99,49 @@ class TranscriptAudit(NamedTuple):
 def audit_transcript(path: Path, model: Model | None = None) -> TranscriptAudit:
     """Play a transcript again, and check each sentence.
 
-    The first line is an object with `id` (or `family`), `options`, `seed`, and maybe `observation` and `feedback`; each
-    further line is a turn, with `action`, and maybe `observation` and `feedback`, which the teacher said after it.
-    Observations are compared with the world's, as JSON or as its text.
+    The first line is an object with `id` (or `family`), `options`, `seed`, and maybe `max_turns`, `observation` and
+    `feedback`; each further line is a turn, with `action`, and maybe `observation` and `feedback`, which the teacher said
+    after it. Observations are compared with the world's, as JSON or as its text. From a line on that is not as it must
+    be, or where the simulator plays otherwise, nothing is judged; the audit's `problem` has its number.
 
     Args:
         path: the transcript.
         model: reads sentences that are not near the phrases, see `pz_envs.checking`; it sees neither world nor turns.
 
     Raises:
-        ValueError: a line is not as it must be, or the simulator plays otherwise; the message has its number.
+        ValueError: the first line is not as it must be.
         OSError: the file cannot be read.
     """
     lines = _lines(path)
-    number, header = next(lines, (1, None))
+    number, problem = 1, ""
     try:
-        if header is None:
+        number, text = next(lines, (1, ""))
+        if not text:
             raise ValueError("a transcript must begin with a line that has id, options and seed, got an empty file")
-        id, subject, options = _subject(_checked(header, _HEADER))
+        header = _checked(number, text, _HEADER)
+        id, subject, options = _subject(header)
         world = subject.make_world(**options)
         session = Session(
             world,
             [subject.make_teacher(world)],
-            max_turns=subject.turns(None, **options),
+            max_turns=subject.turns(_integer(header, "max_turns", 1, None), **options),
             instructs=True,
             repeated=subject.repeated,
         )
         replay = _Replay(world, session, ClaimReader(subject, world, session.teacher.oracle, model))
-        session.open(_seed(header))
+        session.open(_integer(header, "seed", 0))
         found = [*replay.checked(number, header)]
-        for number, turn in lines:
-            replay.act(_checked(turn, _TURN))
-            found += replay.checked(number, turn)
     except (ValueError, TypeError) as error:
         raise ValueError(f"{path.name}, line {number}: {error}") from None
-    return TranscriptAudit(id, session.moment.turn, tuple(found))
+    failures = []
+    try:
+        for number, text in lines:
+            turn = _checked(number, text, _TURN)
+            failures += [] if replay.act(turn) else [number]
+            found += replay.checked(number, turn)
+    except (ValueError, TypeError) as error:
+        problem = f"{path.name}, line {number}: {error}"
+    return TranscriptAudit(id, session.moment.turn, tuple(found), tuple(failures), problem)
 
 
 class _Replay:
@@ -135,25 +150,29 @@ class _Replay:
     def __init__(self, world: World[Any, Any, Any], session: Session, reader: ClaimReader) -> None:
         self._world, self._session, self._reader = world, session, reader
 
-    def act(self, turn: dict[str, Any]) -> None:
-        """The student's action of a line."""
+    def act(self, turn: dict[str, Any]) -> bool:
+        """The student's action of a line; whether it is one. If it is none, its turn counts."""
         if "action" not in turn:
             raise ValueError("a turn must have the key 'action'")
-        action = turn["action"]
-        if isinstance(action, str):
-            action = read_exactly(action, self._world)
-            if type(action) is ParseFailure:
-                raise ValueError(f"action must be {self._world.action_syntax}, got {turn['action']!r:.80}")
         if self._session.over:
-            raise ValueError(f"the episode ended with turn {self._session.moment.turn}; leave out the turns after it")
+            raise ValueError(
+                f"the episode ended with turn {self._session.moment.turn}; leave out the turns after it, or say in the "
+                "first line how many there can be (max_turns)"
+            )
+        given = turn["action"]
+        try:
+            action = read_exactly(given, self._world) if isinstance(given, str) else self._session.read(given)
+        except (ValueError, TypeError, OverflowError):
+            action = failure(f"{given!r:.80}", self._world)
         self._session.act(action)
+        return type(action) is not ParseFailure
 
     def checked(self, number: int, line: dict[str, Any]) -> Iterator[TranscriptSentence]:
         """The sentences of a line."""
         self._compare(line)
         self._session.speak()  # so that the teacher's oracle follows
         self._reader.see(self._session.moment, self._session.offers[0].claims())
-        words = line.get("feedback") or ""
+        words = "" if line.get("feedback") is None else line["feedback"]
         if not isinstance(words, str) or len(words) > LONGEST:
             raise ValueError(f"feedback must be a text of at most {LONGEST} characters, got {words!r:.80}")
         for each in self._reader.read(words):
@@ -171,31 +190,38 @@ class _Replay:
             )
 
 
-def _lines(path: Path) -> Iterator[tuple[int, Any]]:
-    """The lines that are not empty, each with its number and its JSON value."""
-    with path.open(encoding="utf-8", errors="replace") as file:
-        for number in range(1, MOST_LINES + 2):
-            text = file.readline(LONGEST_LINE + 1)
-            if not text:
+def _lines(path: Path) -> Iterator[tuple[int, str]]:
+    """The lines that are not empty, each with its number, and cut where it is too long."""
+    with path.open(encoding="utf-8-sig", errors="replace") as file:
+        for number in itertools.count(1):
+            if not (text := file.readline(LONGEST_LINE + 1)):
                 return
-            where = f"{path.name}, line {number}:"
-            if number > MOST_LINES:
-                raise ValueError(f"{where} a transcript must have at most {MOST_LINES} lines; split it")
-            if len(text) > LONGEST_LINE:
-                raise ValueError(f"{where} a line must have at most {LONGEST_LINE} characters; this one is longer")
             if text.strip():
-                try:
-                    yield number, json.loads(text)
-                except (ValueError, RecursionError):
-                    raise ValueError(f"{where} each line must be a JSON object, got {text.strip()!r:.80}") from None
+                yield number, text
 
 
-def _checked(line: Any, keys: tuple[str, ...]) -> dict[str, Any]:
+def _checked(number: int, text: str, keys: tuple[str, ...]) -> dict[str, Any]:
+    """The JSON object of a line."""
+    if number > MOST_LINES:
+        raise ValueError(f"a transcript must have at most {MOST_LINES} lines; split it")
+    if len(text) > LONGEST_LINE:
+        raise ValueError(f"a line must have at most {LONGEST_LINE} characters; this one is longer")
+    try:
+        line = json.loads(text, object_pairs_hook=_unique)
+    except (ValueError, RecursionError):
+        line = text.strip()
     if not isinstance(line, dict):
         raise ValueError(f"each line must be a JSON object, got {line!r:.80}")
     if strange := [key for key in line if key not in keys]:
         raise ValueError(f"the key {strange[0]!r:.80} is unknown; allowed: {', '.join(keys)}")
     return line
+
+
+def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        raise TypeError(f"each key must occur once, got {', '.join(key for key, _ in pairs):.80}")
+    return found
 
 
 def _subject(header: dict[str, Any]) -> tuple[str, Subject, dict[str, Any]]:
@@ -212,8 +238,10 @@ def _subject(header: dict[str, Any]) -> tuple[str, Subject, dict[str, Any]]:
     return found.id, found.family, {**found.options, **given}
 
 
-def _seed(header: dict[str, Any]) -> int:
-    seed = header.get("seed")
-    if type(seed) is not int or seed < 0:
-        raise ValueError(f"seed must be an integer of at least 0, got {seed!r:.80}")
-    return seed
+def _integer(header: dict[str, Any], name: str, least: int, *default: None) -> Any:
+    if default and name not in header:
+        return None
+    value = header.get(name)
+    if type(value) is not int or value < least:
+        raise ValueError(f"{name} must be an integer of at least {least}, got {value!r:.80}")
+    return value

@@ -1,16 +1,18 @@
 """Transcripts from elsewhere are played again, and each sentence is checked."""
 
 import json
+import re
 
 import numpy as np
 import pytest
+from scipy.stats import binomtest
 from typer.testing import CliRunner
 
 from llf_teacher.cli import app
 from llf_teacher.registry import PREFIX, entry
 from llf_teacher.tools import transcript
 from llf_teacher.tools.transcript import audit_transcript
-from pz_envs.checking import share_false
+from pz_envs.checking import READ, READ_RIGHT, share_false
 from pz_envs.family import own_families
 from teachers.common import Late, Probably
 from teachers.session import Session
@@ -83,37 +85,99 @@ def test_the_turn_that_a_sentence_names_is_the_one_checked(written):
         ([{**GRID, "options": {"rooms_": 3}}], "line 1: .*rooms_"),
         ([{**GRID, "options": 3}], "line 1: options must be an object"),
         ([{"id": GRID["id"]}], "line 1: seed must be an integer"),
-        ([GRID, "", {"action": "up"}], "line 3: action must be"),
-        ([GRID, {"action": 9}], "line 2: .*action"),
-        ([GRID, {"action": 10**400}], "line 2: "),
-        ([GRID, {"act": 1}], "line 2: the key 'act' is unknown; allowed: action"),
-        ([GRID, {}], "line 2: a turn must have the key 'action'"),
-        ([GRID, {"action": 1, "feedback": 3}], "line 2: feedback must be a text"),
-        ([GRID, {"action": 1, "observation": "Room: hall"}], "line 2: the observation differs: the world shows 'Room"),
-        ([GRID, *[{"action": 2}] * 99], "line [0-9]+: the episode ended with turn"),
-        ([GRID, json.dumps({"action": 2, "feedback": "x" * transcript.LONGEST_LINE})], "line 2: a line must have at"),
+        ([{**GRID, "options": {"self": 3}}], "line 1: .*'?self'?"),
+        ([{**GRID, "max_turns": 0}], "line 1: max_turns must be an integer of at least 1, got 0"),
+        (['{"id": "llf-gridworld-v0", "seed": 0, "seed": 1}'], "line 1: each key must occur once, got id, seed, seed"),
+        ([{**GRID, "feedback": 0}], "line 1: feedback must be a text of at most 65536 characters, got 0"),
     ],
 )
-def test_bad_lines_are_named(lines, message, written):
+def test_a_bad_first_line_is_named(lines, message, written):
     with pytest.raises(ValueError, match=message):
         audit_transcript(written(*lines))
 
 
+@pytest.mark.parametrize(
+    ("lines", "message"),
+    [
+        (["{"], "line 3: each line must be a JSON object"),
+        (["[3]"], "line 3: each line must be a JSON object"),
+        (['{"action": 1, "action": 2}'], "line 3: each key must occur once, got action, action"),
+        ([{"act": 1}], "line 3: the key 'act' is unknown; allowed: action"),
+        ([{}], "line 3: a turn must have the key 'action'"),
+        *(([{"action": 1, "feedback": each}], "line 3: feedback must be a text") for each in (3, 0, False, [], {})),
+        ([{"action": 1, "observation": "Room: hall"}], "line 3: the observation differs: the world shows 'Room"),
+        ([*[{"action": 2}] * 99], "line [0-9]+: the episode ended with turn"),
+        ([json.dumps({"action": 2, "feedback": "x" * transcript.LONGEST_LINE})], "line 3: a line must have at"),
+    ],
+)
+def test_from_a_bad_line_on_nothing_is_judged(lines, message, written):
+    """What was found before is there, and the command shows it before it says what is wrong."""
+    last = {"action": 1, "feedback": "Go west."}
+    path = written(GRID, {"action": "south", "feedback": "You should go south."}, *lines, last)
+    found = audit_transcript(path)
+    assert re.search(message, found.problem)
+    assert [each.line for each in found.sentences] == [2]
+    shown = CliRunner().invoke(app, ["audit", str(path)])
+    assert "line 2, turn 1: You should go south." in shown.output
+    assert re.search(message, str(shown.exception))
+    data = CliRunner().invoke(app, ["audit", str(path), "--json"])
+    assert json.loads(data.stdout)["problem"] == found.problem
+    assert isinstance(data.exception, ValueError)  # by which `llf` exits with 2
+
+
+@pytest.mark.parametrize("action", ["up", 9, 10**400, None, True, [1], {"a": 1}, 1.0, "x" * 100_000])
+def test_an_action_that_is_none_costs_its_turn(action, written):
+    """As in play; the state is what it was, and what is said then is checked."""
+    teach = {"feedback": "Go south. Go west."}
+    found = audit_transcript(written(GRID, {"action": action, **teach}, {"action": "south"}))
+    assert (found.turns, found.failures, found.problem) == (2, (2,), "")
+    at_once = audit_transcript(written({**GRID, **teach}))
+    assert [each.checked.holds for each in found.sentences] == [each.checked.holds for each in at_once.sentences]
+
+
+def test_the_first_line_may_say_how_many_turns_there_can_be(written):
+    turns = [{"action": "up"}] * 30
+    assert audit_transcript(written({**GRID, "max_turns": 30}, *turns)).problem == ""
+    assert "line 22: the episode ended with turn 20" in audit_transcript(written(GRID, *turns)).problem
+
+
+def test_a_mark_of_the_byte_order_is_no_part_of_the_first_line(tmp_path):
+    path = tmp_path / "lesson.jsonl"
+    path.write_bytes(b"\xef\xbb\xbf" + json.dumps(GRID).encode())
+    assert audit_transcript(path).id == GRID["id"]
+
+
 def test_too_many_lines(written, monkeypatch):
     monkeypatch.setattr(transcript, "MOST_LINES", 2)
-    with pytest.raises(ValueError, match="line 3: a transcript must have at most 2 lines"):
-        audit_transcript(written(GRID, {"action": 2}, {"action": 2}))
+    found = audit_transcript(written(GRID, {"action": 2}, {"action": 2}))
+    assert "line 3: a transcript must have at most 2 lines" in found.problem
 
 
-def test_a_readers_errors_are_inside_the_interval():
-    """Without misreadings it is an interval for a share; with them it still has the truth, whatever they are called."""
-    assert share_false(0, 50)[0] == 0
-    assert share_false(5, 100, right=10**7, known=10**7) == pytest.approx((0.0143, 0.1210), abs=0.002)
-    assert share_false(3, 10, right=0, known=5) == (0.0, 1.0)
-    for share in (0.0, 0.1, 0.5, 1.0):
-        for called in (0.0, 1.0):  # how often a misreading is called false
-            low, high = share_false(round(1000 * (0.92 * share + 0.08 * called)), 1000)
-            assert low <= share <= high
+def test_an_interval_is_wider_the_fewer_texts_there_are():
+    assert share_false([]) == share_false([("Go.", True)] * 100) == (0.0, 1.0)
+    alone = binomtest(10, 100).proportion_ci(0.975, "exact")  # the reader does not err
+    assert share_false([(f"{i}", i < 10) for i in range(100)], 10**7, 10**7) == pytest.approx(alone)
+    assert share_false([("Go.", True), (" go. ", False)], right=0, known=5) == (0.0, 1.0)
+    widths = [np.ptp(share_false([(f"{i % texts}", i % 2 == 0) for i in range(200)])) for texts in (2, 20, 200)]
+    assert widths == sorted(widths, reverse=True)
+
+
+@pytest.mark.parametrize("texts", [1, 3, 10, 100])
+@pytest.mark.parametrize("called", [False, True, None])
+def test_a_readers_errors_are_inside_the_interval(texts, called):
+    """It errs on whole texts, as often as its bound says, and calls these sentences false, true, or as it comes."""
+    rng = np.random.default_rng(texts)
+    rate = binomtest(READ - READ_RIGHT, READ, alternative="less").proportion_ci(0.975, "exact").high
+    covered = 0
+    for _ in range(200):
+        share, often = rng.random(), rng.dirichlet(np.full(texts, 0.5))
+        said = rng.choice(texts, 200, p=often)
+        false = rng.random(200) < share
+        wrong = (rng.random(texts) < rate)[said]
+        read = np.where(wrong, rng.random(200) < 0.5 if called is None else called, false)
+        low, high = share_false(zip(map(str, said), read.tolist(), strict=True))
+        covered += low <= share <= high
+    assert covered >= 0.95 * 200
 
 
 def test_the_command_prints_a_table_or_json(written):

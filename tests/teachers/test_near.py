@@ -145,6 +145,74 @@ def test_what_states_nothing_is_not_read(name, text):
     assert read(name, text) == [("", None, {})]
 
 
+DOUBTED = {
+    "another person": "the other player should go south now",
+    "saying": "a wise owl says go south now",
+    "a supposition": "if you are tired, go south now",
+    "another time": "yesterday: go south now",
+    "irony": "wow, go south now, how clever",
+    "taking back": "go south now, just kidding",
+    "denial of a denial": "it isn't wrong to go south now",
+    "about so much": "anything but go south now",
+}
+
+
+@pytest.mark.parametrize("kind", load_synonyms(GRID).doubts)
+def test_a_sentence_with_a_doubt_is_not_read(kind):
+    near = reader(GRID)._near
+    assert kind in near._marks_of(DOUBTED[kind]) - near._marks_of("go south now")
+    assert near.read("go south now").claim == "Go"
+    assert near.read(DOUBTED[kind]).claim is None
+
+
+def test_doubts_that_the_phrases_of_a_claim_have_are_none():
+    """Praise that asks "Can you imagine ...?" would be read, if a phrase of its claim asked so."""
+    classes = Vocabulary(FAMILIES[BANDITS].oracle_class().claims()).classes
+    phrases = own_phrases(FAMILIES[BANDITS].phrasebook, classes)
+    read = []
+    for more in ([], ["Somebody should pull arm {action} now."]):
+        near = Near(classes, {**phrases, "Pull": [*phrases["Pull"], *more]}, load_synonyms(BANDITS))
+        read.append(near.read("someone should pull arm 3 now").claim)
+    assert read == [None, "Pull"]
+
+
+@pytest.mark.parametrize(
+    ("name", "claim", "text", "turned"),
+    [
+        (GRID, "Within", "the treasure is within five moves", "the treasure is at least five moves away"),
+        (GRID, "Within", "the treasure is within 5 moves", "the treasure is not within 5 moves"),
+        (BANDITS, "NoMoreThan", "no arm pays more than 2 on average", "no arm pays less than 2"),
+        (BANDITS, "NoMoreThan", "no arm pays more than 2 on average", "every arm pays more than 2"),
+        ("parking", "Crashed", "you crashed the car", "you didn't crash the car"),
+    ],
+)
+def test_bounds_and_truths_that_are_turned_round_are_not_read(name, claim, text, turned):
+    near = reader(name)._near
+    assert near.read(text).claim == claim
+    assert near.read(turned).claim is None
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("Liars tell you: Go west.", "Forget it: Go west.", "Go west. NOT", "Go west. Just kidding!"),
+        *('They say "Go west."', '"Go west." is what they say.', '"Hello. Go west. Bye." Who said that?'),
+        *("Go west. Go south. Only joking!", "Opposite day! Go west. Go south.", "Go west... or not.", "'Go west.'"),
+    ],
+)
+def test_a_phrase_that_is_no_sentence_of_its_own_or_is_taken_back_is_not_read(text):
+    assert {layer for layer, *_ in read(GRID, text)} == {""}
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["Go west. Go south.", "Hmm. Go west. Go south.", "Go west.\n- Well:\nGo south.", '"Hi" again! Go west. Go south.'],
+)
+def test_phrases_that_are_sentences_are_read(text):
+    ways = [(layer, slots["action"]) for layer, claim, slots in read(GRID, text) if claim == "Go"]
+    assert ways == [("exact", "west"), ("exact", "south")]
+
+
 def test_sentences_that_state_nothing_keep_others_from_being_read_as_claims():
     """Of a family's, in all files, fewer are read than by a layer that has not learnt from such ones."""
     classes = Vocabulary(FAMILIES[BANDITS].oracle_class().claims()).classes

@@ -26,6 +26,7 @@ from llf_teacher.suite.mirror.quality import Quality, TaughtEpisode, TaughtWorld
 from llf_teacher.suite.places import OPTIONS
 from llf_teacher.suite.play import named, played, seeds_of
 from llf_teacher.suite.score import LEVELS, Arms, Score, score
+from pz_envs.checking import ALONE, share_false
 from teachers.spec import check_range
 
 VERSION = "mirror-v1"
@@ -53,7 +54,8 @@ class TeacherCard(Card):
         """Also how much was read of its words without claims."""
         from llf_teacher.studies.report.parts.accounting import own_words  # imports Matplotlib
 
-        own = own_words({name: int(self.cost.get(name, 0)) for name in READINGS})
+        bounds = self.cost.get("least_false", 0.0), self.cost.get("most_false", 1.0)
+        own = own_words({name: int(self.cost.get(name, 0)) for name in READINGS}, bounds)
         if own is None:
             return super().settings()
         low, high = own.bounds
@@ -118,8 +120,12 @@ def take(
         if not speaks_freely(parse_teacher(spec)):
             return card
         rows = [row for row in found if row["teacher"] == spec]
-        paid = [turn["paid"] for row in rows for turn in results.turns(row["key"]) if turn["paid"]]
+        turns = [turn for row in rows for turn in results.turns(row["key"])]
+    paid = [turn["paid"] for turn in turns if turn["paid"]]
+    read = [each for turn in turns for each in turn["readings"] or () if each["layer"] in ALONE]
+    low, high = share_false((each["text"], each["holds"] is False) for each in read)
     cost = {name: sum(row[name] or 0.0 for row in rows) for name in READINGS} | {"answers": float(len(paid))}
+    cost |= {"least_false": low, "most_false": high}
     usage = {name: math.fsum(each[name] or 0 for each in paid) for name in ("input_tokens", "output_tokens", "usd")}
     return replace(card, cost={**card.cost, **cost, **usage})
 

@@ -1,7 +1,9 @@
 """What teachers said, over all families and students."""
 
+from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from llf_teacher.episodes.record import READINGS
@@ -14,6 +16,9 @@ from llf_teacher.studies.report.parts.part import Part
 from llf_teacher.studies.report.section import added, reads, share
 from llf_teacher.theme.turns import claim_code
 from teachers.atoms import KINDS, Label
+
+Readings = Mapping[tuple[str, str, str], Sequence[tuple[str, bool]]]
+"""By teacher, instruction type and feedback type each sentence that was read without a model, and whether it is false."""
 
 
 class OwnWords(NamedTuple):
@@ -71,8 +76,10 @@ class Account(NamedTuple):
     """None if nothing was said, or read, in its own words."""
 
 
-def accounts(data: Data, instruction_type: str, feedback_type: str) -> Iterator[Account]:
-    """The account of each teacher; teachers without an episode are left out."""
+def accounts(
+    data: Data, instruction_type: str, feedback_type: str, readings: Readings = MappingProxyType({})
+) -> Iterator[Account]:
+    """The account of each teacher, with what was read of it; teachers without an episode are left out."""
     for teacher in data.study.teachers:
         mine = {
             setting: each
@@ -82,10 +89,13 @@ def accounts(data: Data, instruction_type: str, feedback_type: str) -> Iterator[
         }
         if mine:
             reached = [each for setting, each in mine.items() if reads(setting.student) in TAUGHT]
-            yield _account(teacher, list(mine.values()), share(reached, "followed", "advised"))
+            read = readings.get((teacher, instruction_type, feedback_type), [])
+            yield _account(teacher, list(mine.values()), share(reached, "followed", "advised"), read)
 
 
-def _account(teacher: str, mine: Sequence[Sums], uptake: float | None) -> Account:
+def _account(teacher: str, mine: Sequence[Sums], uptake: float | None, read: Sequence[tuple[str, bool]]) -> Account:
+    from pz_envs.checking import share_false
+
     turns = added(mine, "turns")
     claims = sum(added(mine, label) for label in CHECKED)
     return Account(
@@ -98,42 +108,47 @@ def _account(teacher: str, mine: Sequence[Sums], uptake: float | None) -> Accoun
         words=added(mine, "words") / turns,
         parse_failures=int(added(mine, "parse_failures")),
         turns=int(turns),
-        own=own_words({name: int(added(mine, name)) for name in READINGS}),
+        own=own_words({name: int(added(mine, name)) for name in READINGS}, share_false(read)),
     )
 
 
-def own_words(sums: Mapping[str, int]) -> OwnWords | None:
-    """What was read, by the sums of `READINGS`; None if there was nothing to read."""
+def own_words(sums: Mapping[str, int], bounds: tuple[float, float]) -> OwnWords | None:
+    """What was read, by the sums of `READINGS` and the bounds of `share_false`; None if there was nothing to read."""
     alone = sums["read_exact"] + sums["read_near"]
     read = alone + sums["read_model"]
     if not (sentences := read + sums["unread"]):
         return None
-    from pz_envs.checking import share_false
+    false = sums["read_false"] / alone if alone else 0.0
+    model = sums["read_model"], sums["model_false"]
+    return OwnWords(sentences, read / sentences, alone, false, bounds, *model)
 
-    false, bounds = (sums["read_false"] / alone, share_false(sums["read_false"], alone)) if alone else (0.0, (0.0, 1.0))
-    return OwnWords(sentences, read / sentences, alone, false, bounds, sums["read_model"], sums["model_false"])
 
+def _readings(data: Data) -> tuple[Readings, dict[tuple[str, str, str], FalseSentence]]:
+    """By teacher, instruction type and feedback type what was read without a model, and the first false sentence."""
+    from pz_envs.checking import ALONE
 
-def _examples(data: Data) -> dict[tuple[str, str, str], FalseSentence]:
-    """By teacher, instruction type and feedback type the first sentence that was read and is false."""
-    found: dict[tuple[str, str, str], FalseSentence] = {}
+    found: dict[tuple[str, str, str], list[tuple[str, bool]]] = defaultdict(list)
+    examples: dict[tuple[str, str, str], FalseSentence] = {}
     with columns(data.store, data.planned) as there:
-        for setting, seed, key in there.false():
+        for setting, seed, key in there.read():
+            if setting.lessons:
+                continue
             place = setting.teacher, setting.instruction_type, setting.feedback_type
-            if not setting.lessons and place not in found:
-                said = ((turn, each) for turn in data.store.turns(key) for each in turn["readings"] or ())
-                turn, each = next((turn, each) for turn, each in said if each["holds"] is False)
-                code = claim_code(each, entry(setting.id).family.name)
-                found[place] = FalseSentence(setting.id, seed, turn["turn"], each["text"], code)
-    return found
+            for turn, each in ((turn, each) for turn in data.store.turns(key) for each in turn["readings"] or ()):
+                if each["layer"] in ALONE:
+                    found[place].append((each["text"], each["holds"] is False))
+                if each["holds"] is False and place not in examples:
+                    code = claim_code(each, entry(setting.id).family.name)
+                    examples[place] = FalseSentence(setting.id, seed, turn["turn"], each["text"], code)
+    return found, examples
 
 
 def _values(data: Data) -> Mapping[str, Any]:
     types = product(data.study.instruction_types, main_types(data.study.feedback_types))
-    found = {pair: list(accounts(data, *pair)) for pair in types}
-    own = any(row.own for rows in found.values() for row in rows)
+    readings, examples = _readings(data)
+    found = {pair: list(accounts(data, *pair, readings)) for pair in types}
     return {
-        "examples": _examples(data) if own else {},
+        "examples": examples,
         "accounts": {pair: rows for pair, rows in found.items() if rows},
         "kinds": KINDS,
         "labels": [
