@@ -1295,3 +1295,48 @@ def test_of_other_rules_than_those_planned_for_nothing_is_said(make, change, bac
     if back is not None:
         back(seat.session.world.env)
         assert told(seat, seed=3)
+
+
+class Wanders(Gust):
+    """Begins anywhere, whatever the seed."""
+
+    def reset(self, **given):
+        super().reset(**given)
+        self.cell = (int(np.random.default_rng().integers(self.side)), 0)
+        return self.cell[0], {}
+
+
+class Lists(Gust):
+    """Its rewards are lists of one number."""
+
+    def step(self, action):
+        seen, reward, *more = super().step(action)
+        return seen, np.array([reward]), *more
+
+
+def test_refusals_say_what_is_wrong():
+    for make, match in (
+        (partial(Wanders, 40, (99, 99)), r"reset\(seed=0\) does not give the same each time"),
+        (partial(Lists, 3, (9, 9)), "the reward must be a number"),
+    ):
+        with pytest.raises(PlanningError, match=match):
+            Lesson(make, "exact", max_turns=20)
+
+
+class Tires(Gust):
+    """After six steps the goal pays more."""
+
+    def reset(self, **given):
+        self.taken = 0
+        return super().reset(**given)
+
+    def step(self, action):
+        self.taken += 1
+        seen, reward, *more = super().step(action)
+        return seen, reward * (1 + (self.taken > 6)), *more
+
+
+def test_a_large_state_is_not_written_out():
+    large = Exact(state=lambda env: ("large" * 99, env.unwrapped.cell))
+    with pytest.raises(PlanningError, match="differ: action [01] led to the end for 2 and to the end for 1;"):
+        Lesson(partial(Tires, 3, (9, 9)), large, max_turns=20)

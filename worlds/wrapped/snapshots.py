@@ -335,7 +335,7 @@ def _seed(generator: Any, seed: int | np.random.SeedSequence) -> None:
         bits.state = type(bits)(seed).state
         return
     number = int(seed.generate_state(1)[0]) if isinstance(seed, np.random.SeedSequence) else seed
-    (generator.seed if isinstance(generator, GENERATORS) else generator.manual_seed)(number)
+    getattr(generator, "seed" if isinstance(generator, GENERATORS) else "manual_seed")(number)
 
 
 def _drawn(generator: Any) -> str:

@@ -23,6 +23,7 @@ _Env = gymnasium.Env[Any, Any]
 _SAMPLED = 50  # states in which a step is repeated that draws nothing, or from another way there
 _FEW, _LUCK = 4, 300  # other random numbers, with which each step that draws some is repeated, at first and later
 _PLAYED, _PLAYED_AGAIN = 1_500, 500  # steps by which transitions are tried, when they are new and when they were stored
+_SHOWN = 60  # characters of a state
 _CLOSE = 1e-9  # rewards that differ by less are equal
 
 
@@ -68,14 +69,14 @@ def _disagreement(
         while now + 1 < limit and share(now) > 0:  # in the last turn an end by time hides others
             row = found.get(key)
             if row is None or not row[0]:
-                return f"play comes to {key}, which is none of the states"
+                return "play comes to a state that was not found"
             going = [action for action in range(count) if row[action][0].state is not None]
             way = ways.step(goal, key) if now - turn >= wander or not going else None
             action = way if way is not None else int(rng.choice(going or range(count)))
             transition, _ = _step(there, action, state, share(now), True)
             left, now = left - 1, now + 1
             if not _same(transition, row[action][0]):
-                return f"action {action} led to {transition} and to {row[action][0]}"
+                return f"action {action} led to {_said(transition)} and to {_said(row[action][0])}"
             if transition.state is None:
                 break
             key = transition.state
@@ -219,11 +220,17 @@ def _explore(
         for action in range(count):
             transition, _ = _step(copied(there), action, state, share(now), now + 1 < limit)
             if not _same(transition, found[key][action][0]):
-                raise _alike(f"action {action} led to {transition} and to {found[key][action][0]}")
+                raise _alike(f"action {action} led to {_said(transition)} and to {_said(found[key][action][0])}")
     whole = found | {key: [[] for _ in range(count)] for key in ended - found.keys()}
     if differs := _disagreement(env, state, turn, share, limit, whole, _PLAYED):
         raise _alike(differs)
     return whole
+
+
+def _said(transition: Transition) -> str:
+    """Where it leads, without the content of a large state."""
+    where = "the end" if transition.state is None else f"state {transition.state}"
+    return f"{where if len(where) < _SHOWN else 'a state'} for {transition.reward:g}"
 
 
 def _alike(differs: str) -> PlanningError:
