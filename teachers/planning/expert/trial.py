@@ -85,8 +85,9 @@ def _unlike(env: _Env) -> PlanningError:
     around = [type(layer).__name__ for layer in layers(env) if not is_plain(layer)]
     keeps = f"it, or {' or '.join(around)} around it," if around else "it"
     return PlanningError(
-        f"the same seed and actions had two results: the environment draws from a random generator that "
-        f"reset(seed=...) does not seed, or that is none of its attributes; or {keeps} keeps something from one episode to the next"
+        "the same seed and actions had two results: the environment draws from a random generator that "
+        f"reset(seed=...) does not seed, or that is none of its attributes; or {keeps} keeps something from one "
+        "episode to the next"
     )
 
 
