@@ -201,14 +201,14 @@ class _Pickler(pickle.Pickler):
     """Writes objects without their random generators, which are no part of the state."""
 
     def persistent_id(self, value: Any) -> str | None:
-        return "generator" if is_generator(type(value)) else None
+        return "generator" if is_generator(value) else None
 
 
 def _is_fixed(name: str, value: Any, toy: bool) -> bool:
     """Whether an attribute is no part of the state."""
     if name in _COMMON or (toy and name in _TOY) or isinstance(value, _FIXED):
         return True
-    if is_generator(type(value)):  # draws to come are not to be known
+    if is_generator(value):  # draws to come are not to be known
         return True
     return name in _DRAWN and (value is None or type(value).__module__.startswith("pygame"))
 
