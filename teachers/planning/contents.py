@@ -27,6 +27,7 @@ _TOYS = "gymnasium.envs.toy_text."
 _TOY = {"P", "initial_state_distrib", "lastaction"}  # of these, where they decide nothing that changes
 _DRAWN = {"window", "clock", "screen"}  # of Gymnasium's pictures; another's `clock` may count
 _FIXED = spaces.Space, EnvSpec  # no part of the state
+_LAST: list[tuple[Any, bytes]] = []  # the table that was read last, and its digest
 HINT = "pass oracle=Exact(state=f) of teachers.planning, where f(env) is all that decides what happens, hashable"
 """What gives a key in its place."""
 
@@ -70,8 +71,10 @@ class Contents:
 
     def _read(self, what: str, value: Any) -> Hashable:
         try:
-            return still_value(value)
-        except TypeError as error:
+            return (
+                _of_table(value) if what == "the attribute 'P'" and isinstance(value, Mapping) else still_value(value)
+            )
+        except (TypeError, ValueError) as error:
             if self.strict:
                 raise PlanningError(f"{what} has {error}; {HINT}") from None
         written = io.BytesIO()
@@ -198,14 +201,14 @@ class _Pickler(pickle.Pickler):
     """Writes objects without their random generators, which are no part of the state."""
 
     def persistent_id(self, value: Any) -> str | None:
-        return "generator" if is_generator(type(value)) else None
+        return "generator" if is_generator(value) else None
 
 
 def _is_fixed(name: str, value: Any, toy: bool) -> bool:
     """Whether an attribute is no part of the state."""
     if name in _COMMON or (toy and name in _TOY) or isinstance(value, _FIXED):
         return True
-    if is_generator(type(value)):  # draws to come are not to be known
+    if is_generator(value):  # draws to come are not to be known
         return True
     return name in _DRAWN and (value is None or type(value).__module__.startswith("pygame"))
 
@@ -249,6 +252,20 @@ def still_value(value: Any, around: tuple[int, ...] = ()) -> Hashable:
     ):
         return _named(value)
     raise TypeError(f"a value of class {type(value).__name__}, which cannot be compared")
+
+
+def _of_table(table: Mapping[Any, Any]) -> Hashable:
+    """A large table in short; one that is equal to the last one is not read again."""
+    if not _LAST or _LAST[0][0] != table:
+        _LAST[:] = [(unshared(table), hashlib.blake2b(repr(still_value(table)).encode(), digest_size=16).digest())]
+    return _LAST[0][1]
+
+
+def unshared(table: Any) -> Any:
+    """A copy of what can be changed in a table."""
+    if isinstance(table, Mapping):
+        return {key: unshared(each) for key, each in table.items()}
+    return list(map(unshared, table)) if isinstance(table, list) else table
 
 
 def _named(value: Any) -> str:

@@ -12,7 +12,7 @@ import gymnasium
 import numpy as np
 
 from teachers.oracle import Oracle
-from worlds.wrapped.position import same
+from worlds.wrapped.position import same, still
 
 _Env = gymnasium.Env[Any, Any]
 _TRIAL = 20  # steps
@@ -86,9 +86,21 @@ def stepped(env: _Env, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any
         raise PlanningError(
             f"the environment raised {error!r} after action {action} in a state that was tried"
         ) from error
-    if not isinstance(reward, SupportsFloat):
+    if not _is_number(reward):
         raise PlanningError(f"rewards must be numbers, got {reward!r} after action {action}")
     return observation, reward, bool(terminated), bool(truncated), info
+
+
+def _is_number(reward: Any) -> bool:
+    return isinstance(reward, SupportsFloat) and np.ndim(reward) == 0  # type: ignore[arg-type]  # any object has one
+
+
+def why_unlike(env: _Env) -> str:
+    """Why copies of an environment do not continue like the original, as far as resets show."""
+    first = still(env.reset(seed=0)[0])
+    if any(not same(first, still(env.reset(seed=0)[0])) for _ in range(_TRIAL)):
+        return "reset(seed=0) does not give the same each time; let the seed decide all that it draws"
+    return "its copies do not continue like the original"
 
 
 def shared_draws() -> Any:
@@ -128,7 +140,7 @@ def check_steps(env: _Env) -> None:
         space.seed(0)
         env.reset(seed=0)
         _, reward, terminated, _, _ = env.step(space.sample())
-        if not isinstance(reward, SupportsFloat):
+        if not _is_number(reward):
             raise TypeError(f"the reward must be a number, got {reward!r}")
         bool(terminated)
     except Exception as error:

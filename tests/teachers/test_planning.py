@@ -1,6 +1,7 @@
 """Planned oracles: what they say of environments that bring none, and which environments they refuse."""
 
 import enum
+import itertools
 from functools import cache, partial
 from typing import ClassVar
 
@@ -743,7 +744,8 @@ def test_of_another_table_nothing_is_said():
     seat = llf_teacher.teach(Later, oracle="exact", max_turns=12)
     assert {each.kind for each in seat.reset(seed=5)[1]["atoms"]} >= {FP, FN}
     table = seat.session.world.env.unwrapped.P
-    assert not {each.kind for each in seat.reset(seed=100)[1]["atoms"]} & {FP, FN}
+    with pytest.warns(UserWarning, match="another table"):
+        assert not {each.kind for each in seat.reset(seed=100)[1]["atoms"]} & {FP, FN}
     assert table != seat.session.world.env.unwrapped.P
 
 
@@ -1055,7 +1057,7 @@ def test_chance_in_a_single_cell_is_found(place):
 
 def test_draws_that_decide_nothing_are_tried_within_the_time():
     assert Lesson(partial(Gust, 2), "exact", max_turns=14).planned.size == "4 states"
-    with pytest.raises(PlanningError, match=r"steps drew random numbers, and were tried 300 times"):
+    with pytest.raises(PlanningError, match=r"steps or more draw random numbers; to try each 300 times"):
         Lesson(partial(Gust, 8), Exact(seconds=0.3), max_turns=14)
 
 
@@ -1232,3 +1234,116 @@ def test_what_holds_itself_is_compared_or_refused(what):
     assert still_value(HARD[what]()) == still_value(HARD[what]())
     subject = Lesson(partial(Holds, what), "auto", max_turns=9)
     assert (subject.planned.tier, subject.planned.size) == ("exact", "9 states")
+
+
+class Happy(FrozenLakeEnv):
+    """For five steps, the goal pays double.
+
+    Args:
+        since: the first of them.
+    """
+
+    def __init__(self, since, **options):
+        self.since = since
+        super().__init__(**options)
+
+    def reset(self, **given):
+        self.taken = 0
+        return super().reset(**given)
+
+    def step(self, action):
+        self.taken += 1
+        seen, reward, *more = super().step(action)
+        return seen, reward * (2 if self.since <= self.taken < self.since + 5 else 1), *more
+
+
+@pytest.mark.parametrize("since", [12, 30, 93])
+def test_a_count_that_decides_for_a_while_is_found_out(since):
+    with pytest.raises(PlanningError, match="counts steps in taken"):
+        Lesson(partial(Happy, since, is_slippery=False), Exact(states=20), max_turns=100)
+
+
+def told(seat, **given):
+    claims = seat.reset(**given)[1]["atoms"]
+    return {atom.kind for atom in claims} & {FP, FN}
+
+
+def double(bare):
+    for row in bare.P.values():
+        for action, each in row.items():
+            row[action] = [(chance, after, 2 * reward, over) for chance, after, reward, over in each]
+
+
+@pytest.mark.parametrize(
+    ("make", "change", "back"),
+    [
+        (small, lambda env: double(env.unwrapped), None),
+        (small, lambda env: setattr(env, "_max_episode_steps", 4), lambda env: setattr(env, "_max_episode_steps", 100)),
+        (taxi, lambda env: setattr(env.unwrapped, "fickle_passenger", True), None),
+        (
+            lambda: gymnasium.make("Blackjack-v1"),
+            lambda env: setattr(env.unwrapped, "natural", True),
+            lambda env: setattr(env.unwrapped, "natural", False),
+        ),
+    ],
+)
+def test_of_other_rules_than_those_planned_for_nothing_is_said(make, change, back):
+    seat = llf_teacher.teach(make, oracle="exact")
+    assert told(seat, seed=3)
+    change(seat.session.world.env)
+    with pytest.warns(UserWarning, match="another table, other options or another time limit"):
+        assert not told(seat, seed=3)
+    if back is not None:
+        back(seat.session.world.env)
+        assert told(seat, seed=3)
+
+
+class Wanders(Gust):
+    """Begins elsewhere each time, whatever the seed, and ends at once."""
+
+    begun = itertools.count()
+
+    def reset(self, **given):
+        super().reset(**given)
+        self.cell = (next(self.begun) % self.side, 0)
+        return self.cell[0], {}
+
+    def step(self, action):
+        seen, reward, *_ = super().step(action)
+        return seen, reward, True, False, {}
+
+
+class Lists(Gust):
+    """Its rewards are lists of one number."""
+
+    def step(self, action):
+        seen, reward, *more = super().step(action)
+        return seen, np.array([reward]), *more
+
+
+def test_refusals_say_what_is_wrong():
+    for make, match in (
+        (partial(Wanders, 5, (9, 9)), r"reset\(seed=0\) does not give the same each time"),
+        (partial(Lists, 3, (9, 9)), "the reward must be a number"),
+    ):
+        with pytest.raises(PlanningError, match=match):
+            Lesson(make, "exact", max_turns=20)
+
+
+class Tires(Gust):
+    """After six steps the goal pays more."""
+
+    def reset(self, **given):
+        self.taken = 0
+        return super().reset(**given)
+
+    def step(self, action):
+        self.taken += 1
+        seen, reward, *more = super().step(action)
+        return seen, reward * (1 + (self.taken > 6)), *more
+
+
+def test_a_large_state_is_not_written_out():
+    large = Exact(state=lambda env: ("large" * 99, env.unwrapped.cell))
+    with pytest.raises(PlanningError, match=r"differ: action [01] led to the end for 2 and to the end for 1;"):
+        Lesson(partial(Tires, 3, (9, 9)), large, max_turns=20)

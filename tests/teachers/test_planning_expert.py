@@ -851,3 +851,10 @@ def test_where_an_object_cannot_be_looked_into_there_may_be_chance():
     assert "16 for each comparison, for memoryview may draw" in subject.planned.why
     with pytest.raises(PlanningError, match="memoryview, which may draw random numbers"):
         Lesson(Sealed, Exact(state=lambda env: env.unwrapped.cell))
+
+
+@pytest.mark.parametrize("wrap", ["NormalizeReward", "NormalizeObservation"])
+def test_a_wrapper_that_remembers_other_episodes_is_named(wrap):
+    match = f"{wrap} around it, keeps something from one episode" if wrap == "NormalizeReward" else "two results"
+    with pytest.raises(PlanningError, match=match):
+        Lesson(lambda: getattr(gymnasium.wrappers, wrap)(Line()), Expert(lambda seen, info: int(seen[0] > 0)))

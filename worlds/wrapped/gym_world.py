@@ -40,7 +40,8 @@ class GymWorld(World[Position, Any, Any]):
     Args:
         env: an environment, or a function without arguments that makes one.
         look: a function of the environment, as in `lambda env: env.unwrapped.s`, whose value is copied into each truth
-            as `seen`. None: the observation.
+            as `seen`. None: the observation. Its method `begin`, if it has one, is given the environment after each
+            reset.
         snapshot: how truths are restored: `copy`, with copies of the environment, `replay`, with its seed and the
             actions, or `auto`, with copies if they prove faithful.
         success: a function `(observation, reward, terminated, truncated, info)` that returns whether the task is
@@ -154,6 +155,8 @@ class GymWorld(World[Position, Any, Any]):
         self._at = None
         env = self._synchronized()
         self._observation, info = env.reset(seed=seed, options=copy.deepcopy(options))
+        if (begin := getattr(self._look, "begin", None)) is not None:
+            begin(env)
         anchor, noted = (_anchor(env, info) if self._copies else None) or (None, None)
         parts = plain_parts(env) if anchor is None else None
         self._episode = Episode(seed, copy.deepcopy(options), still(self._observation), anchor, noted, parts)

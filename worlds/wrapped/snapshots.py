@@ -335,7 +335,7 @@ def _seed(generator: Any, seed: int | np.random.SeedSequence) -> None:
         bits.state = type(bits)(seed).state
         return
     number = int(seed.generate_state(1)[0]) if isinstance(seed, np.random.SeedSequence) else seed
-    (generator.seed if isinstance(generator, GENERATORS) else generator.manual_seed)(number)
+    getattr(generator, "seed" if isinstance(generator, GENERATORS) else "manual_seed")(number)
 
 
 def _drawn(generator: Any) -> str:
@@ -366,18 +366,22 @@ def _walk(env: _Env) -> tuple[list[Any], list[type]]:
         if id(each) in seen:
             continue
         seen.add(id(each))
-        if is_generator(type(each)):
+        if is_generator(each):
             found.append(each)
-        elif (inside := _reader(type(each))(each)) is not None:
+        elif (inside := parts(each)) is not None:
             queue.extend([part for part in inside if type(part) not in _QUICK])
         else:
             closed.append(type(each))
     return found, closed
 
 
+def is_generator(value: Any) -> bool:
+    """Whether it draws random numbers: a generator of Python or NumPy, its bits, or one like PyTorch's."""
+    return _draws(type(value))  # type: ignore[arg-type]  # classes are hashable
+
+
 @cache
-def is_generator(cls: type) -> bool:
-    """Whether what is of this class draws random numbers: one of Python or NumPy, its bits, or one like PyTorch's."""
+def _draws(cls: type) -> bool:
     if issubclass(cls, GENERATORS):
         return not issubclass(cls, random.SystemRandom)  # which has no state
     return isinstance(getattr(cls, "bit_generator", None), property) or all(map(partial(hasattr, cls), _TORCH))
@@ -388,7 +392,7 @@ def parts(whole: Any) -> Iterable[Any] | None:
 
     None for one whose memory Python does not show, such as an object of a module in C.
     """
-    return _reader(type(whole))(whole)
+    return _reader(type(whole))(whole)  # type: ignore[arg-type]  # as above
 
 
 @cache

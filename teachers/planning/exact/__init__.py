@@ -36,7 +36,7 @@ from teachers.planning.exact.exploring import explore, explored
 from teachers.planning.exact.tables import UnlistedError, table_of
 from teachers.planning.exact.worths import NOTHING, Lost, Worth, Worths
 from teachers.planning.known import Known, State, known, words_of
-from teachers.planning.planner import Planned, Planner, PlanningError, check_own_draws, check_steps
+from teachers.planning.planner import Planned, Planner, PlanningError, check_own_draws, check_steps, why_unlike
 from teachers.planning.transitions import Transitions
 from teachers.planning.visible import privileged
 from teachers.spec import is_count
@@ -135,7 +135,7 @@ class Exact(Planner):
         if hidden := sealed(env):
             raise PlanningError(f"it holds {hidden}, which may draw random numbers that are not seen")
         if not faithful(env, copied):
-            raise PlanningError(f"{why}; and its copies do not continue like the original")
+            raise PlanningError(f"{why}; and {why_unlike(env)}")
         if own.fading is not None and self.gamma is not None:
             raise PlanningError("the environment pays less with time, which goes with no gamma; leave out gamma=...")
         env.reset(seed=0)
@@ -157,8 +157,10 @@ class Exact(Planner):
         """The values from a state on, with the limits and the fading of this very episode."""
         limit, share = min([turns, *time_limits(env)]), None if fading is None else fading(env)
         find, late = explore if self.state else explored, self.gamma is not None
-        bounds = {"limit": limit, "late": late, "states": self.states, "seconds": self.seconds}
-        return self._values(limit, share, find(env, state, turn, share or _whole, **bounds))
+        found = find(
+            env, state, turn, share or _whole, limit=limit, late=late, states=self.states, seconds=self.seconds
+        )
+        return self._values(limit, share, found)
 
     def _values(self, turns: int, fading: Callable[[int], float] | None, transitions: Transitions) -> Worths:
         if self.gamma is None and turns * len(transitions) > _MOST:

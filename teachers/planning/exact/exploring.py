@@ -1,7 +1,7 @@
 """Transitions by exploration: all states that can be reached, by copies of the environment."""
 
 from collections import deque
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterable
 from itertools import count as count_up
 from itertools import islice
 from math import isfinite
@@ -21,8 +21,9 @@ from worlds.wrapped.snapshots import copied, draws, shake
 
 _Env = gymnasium.Env[Any, Any]
 _SAMPLED = 50  # states in which a step is repeated that draws nothing, or from another way there
-_LUCK = 300  # other random numbers, with which each step that draws some is repeated
+_FEW, _LUCK = 4, 300  # other random numbers, with which each step that draws some is repeated, at first and later
 _PLAYED, _PLAYED_AGAIN = 1_500, 500  # steps by which transitions are tried, when they are new and when they were stored
+_SHOWN = 60  # characters of a state
 _CLOSE = 1e-9  # rewards that differ by less are equal
 
 
@@ -68,14 +69,14 @@ def _disagreement(
         while now + 1 < limit and share(now) > 0:  # in the last turn an end by time hides others
             row = found.get(key)
             if row is None or not row[0]:
-                return f"play comes to {key}, which is none of the states"
+                return "play comes to a state that was not found"
             going = [action for action in range(count) if row[action][0].state is not None]
             way = ways.step(goal, key) if now - turn >= wander or not going else None
             action = way if way is not None else int(rng.choice(going or range(count)))
             transition, _ = _step(there, action, state, share(now), True)
             left, now = left - 1, now + 1
             if not _same(transition, row[action][0]):
-                return f"action {action} led to {transition} and to {row[action][0]}"
+                return f"action {action} led to {_said(transition)} and to {_said(row[action][0])}"
             if transition.state is None:
                 break
             key = transition.state
@@ -165,7 +166,8 @@ def _explore(
     ended: set[Hashable] = set()
     queue = deque([(copied(env), state(env), turn)])
     seen = {queue[0][1]}
-    lucks, drawing = count_up(), 0
+    lucks, steps = count_up(), 0
+    drawing: list[tuple[_Env, int, int, Transition]] = []
     again: list[tuple[_Env, Hashable, int]] = []  # states that were reached by another way
     while queue:
         here, key, now = queue.popleft()
@@ -175,14 +177,13 @@ def _explore(
             before = draws(there)
             transition, after = _step(there, action, state, share(now), now + 1 < limit)
             drew = draws(there) != before
-            for luck in islice(lucks, _LUCK if drew else len(found) <= _SAMPLED):
-                other = copied(here)
-                shake(other, luck)
-                if not _same(_step(other, action, state, share(now), now + 1 < limit)[0], transition):
-                    raise PlanningError("chance decides what actions do, and there is no table that says how")
-                if bar.seconds > seconds:
-                    break
-            drawing += drew
+            tries = _FEW if drew else int(len(found) <= _SAMPLED)
+            _check_certain(here, action, state, share(now), now + 1 < limit, transition, islice(lucks, tries))
+            steps += 1 + tries
+            if drew:
+                drawing.append((here, action, now, transition))
+                if steps > _SAMPLED and len(drawing) * _LUCK * bar.seconds / steps > seconds:
+                    raise _too_many(len(drawing), seconds)
             rows.append([transition])
             if bar.seconds > seconds:
                 break
@@ -204,7 +205,6 @@ def _explore(
             raise PlanningError(
                 f"more than {len(seen) - 1:,} states can be reached, {len(found):,} of which were explored in "
                 f"{bar.seconds:.0f} s; the bounds are states={states:,} and seconds={seconds:g}; "
-                + ((drawing and f"{drawing:,} steps drew random numbers, and were tried {_LUCK} times; ") or "")
                 + (
                     f"the environment counts steps in {', '.join(counts)}, so that no state comes twice; if the count "
                     f"decides nothing, {HINT}, and without the count"
@@ -212,15 +212,25 @@ def _explore(
                     else f"pass other ones, as in oracle='exact(states={2 * states}, seconds={2 * seconds:g})'"
                 )
             )
+    for here, action, now, transition in drawing:
+        _check_certain(here, action, state, share(now), now + 1 < limit, transition, islice(lucks, _LUCK))
+        if bar.seconds > seconds:
+            raise _too_many(len(drawing), seconds)
     for there, key, now in again:
         for action in range(count):
             transition, _ = _step(copied(there), action, state, share(now), now + 1 < limit)
             if not _same(transition, found[key][action][0]):
-                raise _alike(f"action {action} led to {transition} and to {found[key][action][0]}")
+                raise _alike(f"action {action} led to {_said(transition)} and to {_said(found[key][action][0])}")
     whole = found | {key: [[] for _ in range(count)] for key in ended - found.keys()}
     if differs := _disagreement(env, state, turn, share, limit, whole, _PLAYED):
         raise _alike(differs)
     return whole
+
+
+def _said(transition: Transition) -> str:
+    """Where it leads, without the content of a large state."""
+    where = "the end" if transition.state is None else f"state {transition.state}"
+    return f"{where if len(where) < _SHOWN else 'a state'} for {transition.reward:g}"
 
 
 def _alike(differs: str) -> PlanningError:
@@ -241,6 +251,24 @@ def _step(env: _Env, action: int, state: State, share: float, early: bool) -> tu
         raise PlanningError(f"rewards must be finite, got {float(reward)} for action {action}")
     over = terminated or (truncated and early)
     return Transition(1.0, None if over else after, float(reward) / share), after
+
+
+def _check_certain(
+    env: _Env, action: int, state: State, share: float, early: bool, transition: Transition, lucks: Iterable[int]
+) -> None:
+    """Take an action again, each time with other random numbers."""
+    for luck in lucks:
+        other = copied(env)
+        shake(other, luck)
+        if not _same(_step(other, action, state, share, early)[0], transition):
+            raise PlanningError("chance decides what actions do, and there is no table that says how")
+
+
+def _too_many(drawing: int, seconds: float) -> PlanningError:
+    return PlanningError(
+        f"{drawing:,} steps or more draw random numbers; to try each {_LUCK} times, so that chance is found, takes "
+        f"more than seconds={seconds:g}; draw only where chance decides, or give more seconds"
+    )
 
 
 def _same(one: Transition, other: Transition) -> bool:

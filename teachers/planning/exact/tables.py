@@ -1,6 +1,7 @@
 """Transitions from an environment's own table, or from the rules that `teachers.planning.known` has."""
 
 import contextlib
+import warnings
 from collections import deque
 from collections.abc import Sequence
 from typing import Any
@@ -9,15 +10,17 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 
-from teachers.planning.contents import HINT, counts_of, other_parts
-from teachers.planning.known import State, known
+from teachers.planning.contents import HINT, counts_of, other_parts, unshared
+from teachers.planning.known import Known, State, known
 from teachers.planning.planner import PlanningError, stepped
 from teachers.planning.transitions import Transition, Transitions
+from worlds.wrapped.snapshots import time_limits
 
 _Env = gymnasium.Env[Any, Any]
 _EPISODES, _STEPS = 20, 100  # of random play, by which a table is tried
 _TIMES = 6  # that an action is tried in each state, where chance decides what it does
 _LATE = 2_000  # steps of walks, after which it is tried, too
+_COUNTED = 20_000  # steps, after numbers of steps that an attribute counts
 _SURE = 1e-9  # by which chances may miss 1
 _OF_TABLE = {"P", "s", "lastaction"}  # attributes that are no further part of the state
 
@@ -35,32 +38,54 @@ def state_number(env: _Env) -> int:
 
 
 class OfTable:
-    """Reads the state of an environment with a table; None where an episode has another table, which is not known."""
+    """Reads the state of an environment with a table; None in episodes with other rules than it was planned for.
 
-    def __init__(self, transitions: Transitions) -> None:
-        self._transitions = transitions
-        self._last: Any = None
-        self._same = False
+    Args:
+        env: the environment, as it was planned for.
+        own: what is known of it.
+        state: reads the state.
+    """
+
+    def __init__(self, env: _Env, own: Known, state: State) -> None:
+        self._own, self._state = own, state
+        self._rules = unshared(getattr(env.unwrapped, "P", None)), *self._options(env)
+        self._same = True
         self._env: _Env | None = None
         self._bare: Any = None
+        self._table: Any = None
 
-    def __call__(self, env: _Env) -> int | None:
-        """Read it; a table is compared once."""
-        if env is not self._env:
-            self._env, self._bare = env, env.unwrapped
-        bare = self._bare
-        table = getattr(bare, "P", None)
-        if table is not self._last:
-            self._last, self._same = table, False
-            with contextlib.suppress(PlanningError):
-                self._same = _read(env) == self._transitions
+    def _options(self, env: _Env) -> tuple[Any, ...]:
+        lacks, options = self._own.lacks, self._own.options
+        return lacks and lacks(env), options and options(env), time_limits(env)
+
+    def begin(self, env: _Env) -> None:
+        """Compare table, options and time limits where an episode begins."""
+        self._env, self._bare = env, env.unwrapped
+        self._table = getattr(self._bare, "P", None)
+        same = False
+        with contextlib.suppress(ValueError):  # of arrays
+            same = bool(self._rules == (self._table, *self._options(env)))
+        if self._same and not same:
+            warnings.warn(
+                "the teacher knows no values in this episode: the environment has another table, other options or "
+                "another time limit than when it was planned for",
+                stacklevel=2,
+            )
+        self._same = same
+
+    def __call__(self, env: _Env) -> Any:
+        """Read it."""
+        if env is not self._env or getattr(self._bare, "P", None) is not self._table:
+            self.begin(env)
         if not self._same:
             return None
-        state = bare.s
-        return state if type(state) is int else state_number(bare)
+        if self._state is not state_number:
+            return self._state(env)
+        state = self._bare.s
+        return state if type(state) is int else int(state)
 
     def __getstate__(self) -> dict[str, Any]:
-        return self.__dict__ | {"_last": None, "_env": None, "_bare": None}
+        return self.__dict__ | {"_env": None, "_bare": None, "_table": None}
 
 
 def table_of(env: _Env, turns: int, whole: bool = False) -> tuple[Transitions, State, str]:
@@ -74,21 +99,19 @@ def table_of(env: _Env, turns: int, whole: bool = False) -> tuple[Transitions, S
     Raises:
         PlanningError: there is no table, it is not whole, or it does not say what happens.
     """
-    own = known(env)
-    if own is not None and own.lacks is not None and (lack := own.lacks(env)):
+    own = known(env) or Known()
+    if own.lacks is not None and (lack := own.lacks(env)):
         raise UnlistedError(f"the table of transitions lacks {lack}; leave that option out")
-    if own is not None and own.table is not None:
+    if own.table is not None:
         transitions, state, source = own.table(env)
-        look = state
     else:
         transitions, state, source = _read(env), state_number, "the environment's table of transitions"
         _check_whole(transitions)
         states = _reachable(env, transitions)
         _try_all(env, transitions, states, turns, whole)
         _try_late(env, transitions, states, turns)
-        look = OfTable(transitions)
     _try_out(env, transitions, state, turns)
-    return transitions, look, source
+    return transitions, OfTable(env, own, state), source
 
 
 def _read(env: _Env) -> Transitions:
@@ -154,6 +177,32 @@ def _try_all(env: _Env, transitions: Transitions, states: Sequence[int], turns: 
                         env.reset(seed=0)
             if not whole:
                 _check_parts(parts, other_parts(env, left_out))
+    if counts:
+        _try_counts(env, transitions, states, turns, counts)
+
+
+def _try_counts(env: _Env, transitions: Transitions, states: Sequence[int], turns: int, counts: Sequence[str]) -> None:
+    """Take each action in each state after each number of steps, those first that pay or end, within a bound.
+
+    Raises:
+        PlanningError: the table does not say what happens.
+    """
+    everything = [(state, action) for state in states for action in range(len(transitions[state]))]
+    left, rng = _COUNTED, np.random.default_rng(0)
+    for pairs in (_goals(transitions, states), everything):
+        for count in rng.permutation(turns).tolist():
+            for state, action in pairs:
+                for _ in range(1 if len(transitions[state][action]) == 1 else _TIMES):
+                    if _try_step(env, transitions, state, action, dict.fromkeys(counts, count)):
+                        env.reset(seed=0)
+                    left -= 1
+            if left < 0:
+                return
+
+
+def _goals(transitions: Transitions, states: Sequence[int]) -> list[tuple[int, int]]:
+    """The states and actions after which there may be a reward or an end."""
+    return [(s, a) for s in states for a, each in enumerate(transitions[s]) if any(r or t is None for _, t, r in each)]
 
 
 def _try_late(env: _Env, transitions: Transitions, states: Sequence[int], turns: int) -> None:
@@ -162,7 +211,7 @@ def _try_late(env: _Env, transitions: Transitions, states: Sequence[int], turns:
     Raises:
         PlanningError: the table does not say what happens.
     """
-    goals = [(s, a) for s in states for a, each in enumerate(transitions[s]) if any(r or t is None for _, t, r in each)]
+    goals = _goals(transitions, states)
     rng, left = np.random.default_rng(0), _LATE if goals else 0
     while left > 0:
         env.reset(seed=left % _EPISODES)

@@ -12,7 +12,7 @@ from teachers.planning.expert.asking import ExpertError, Policy, Watched
 from teachers.planning.planner import PlanningError, shared_draws
 from worlds.actions import canonical
 from worlds.wrapped.position import same, still
-from worlds.wrapped.snapshots import reseed
+from worlds.wrapped.snapshots import is_plain, layers, reseed
 
 _Env = gymnasium.Env[Any, Any]
 _EPISODES = 100  # at most
@@ -41,6 +41,8 @@ class _Seen(NamedTuple):
 
     asked: Any
     """What the expert said; None if it gave no answer."""
+    before: Any
+    """The observation before it."""
     after: Any
 
 
@@ -54,16 +56,15 @@ def try_out(env: _Env, make: Callable[[_Env], Policy]) -> bool:
     shared = shared_draws()
     first, again = list(_play(env, make, 0, 0, until)), list(_play(env, make, 0, 0, until))
     for mine, its in zip(first, again, strict=False):  # the second one may have had less time
+        if not same(mine.before, its.before):
+            raise _unlike(env)
         if not same(mine.asked, its.asked):
             raise PlanningError(
                 f"the expert changes its mind: asked twice in one state it gave {mine.asked!r} and {its.asked!r}; "
                 "make it deterministic, such as by the most probable action"
             )
         if not same(mine.after, its.after):
-            raise PlanningError(
-                "the same seed and actions had two results: the environment draws from a random generator that "
-                "reset(seed=...) does not seed, or that is none of its attributes"
-            )
+            raise _unlike(env)
     if not same(shared_draws(), shared):
         raise PlanningError(
             "the environment or the expert draws from the generators that all of Python or NumPy share, which roll-outs"
@@ -78,6 +79,16 @@ def try_out(env: _Env, make: Callable[[_Env], Policy]) -> bool:
         if steps > _TOTAL or until.over:
             break
     return True
+
+
+def _unlike(env: _Env) -> PlanningError:
+    around = [type(layer).__name__ for layer in layers(env) if not is_plain(layer)]
+    keeps = f"it, or {' or '.join(around)} around it," if around else "it"
+    return PlanningError(
+        "the same seed and actions had two results: the environment draws from a random generator that "
+        f"reset(seed=...) does not seed, or that is none of its attributes; or {keeps} keeps something from one "
+        "episode to the next"
+    )
 
 
 def _play(env: _Env, make: Callable[[_Env], Policy], seed: int, draws: int, until: _Until) -> Iterator[_Seen]:
@@ -99,11 +110,11 @@ def _play(env: _Env, make: Callable[[_Env], Policy], seed: int, draws: int, unti
             if not step:
                 raise PlanningError(f"{error} (after reset(seed={seed}))") from error
             asked = None
-        sample = canonical(space, space.sample())
+        before, sample = still(scene.observation), canonical(space, space.sample())
         try:
             reward, over = scene.step(sample if asked is None or rng.random() < 0.5 else asked)
         except ExpertError as error:
             raise PlanningError(f"{error} (step {step + 1} after reset(seed={seed}))") from error
-        yield _Seen(asked, (still(scene.observation), reward, over))
+        yield _Seen(asked, before, (still(scene.observation), reward, over))
         if over:
             return

@@ -68,6 +68,8 @@ class Known:
     """What subclasses may override without another rule, such as a method that draws a start."""
     lacks: Callable[[_Env], str] | None = None
     """What the environment's own table of transitions lacks with its options, in words; empty: nothing."""
+    options: Callable[[_Env], Hashable] | None = None
+    """What a table depends on, and may be changed after it was made; None: nothing."""
     heuristic: Heuristic | None = None
     """For searches: the number of actions that are left to the goal; where an episode has to last, the danger."""
     admissible: bool = False

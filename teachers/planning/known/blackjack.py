@@ -90,4 +90,9 @@ def _describe(observation: tuple[int, int, int]) -> str:
     return f"Your cards add up to {total}{usable}. The dealer shows {'an ace' if dealer == 1 else f'a {dealer}'}."
 
 
-KNOWN = Known(action_words={"stick": 0, "hit": 1}, describe=_describe, table=_table, hides=True)
+def _options(env: gymnasium.Env[Any, Any]) -> tuple[bool, bool]:
+    rules: Any = env.unwrapped
+    return bool(rules.natural), bool(rules.sab)
+
+
+KNOWN = Known(action_words={"stick": 0, "hit": 1}, describe=_describe, table=_table, options=_options, hides=True)

@@ -173,9 +173,10 @@ def _search(task: SearchTask, lab: GymWorld, room: int, watch: "_Watch | None") 
     heap = [(rank, 0, 0, _Node(key, task.way.begin(lab), 0, None, None))]
     depths: dict[Hashable, int] = {key: 0}
     best: _Node | None = None
+    drew = False  # then nothing is proven, for a few tries miss small chances
 
     def found(least: float) -> SearchResult:
-        return SearchResult(best and best.actions(), least, taken, lucky)
+        return SearchResult(best and best.actions(), 0.0 if drew else least, taken, lucky)
 
     while heap:
         rank, _, _, node = heappop(heap)
@@ -192,7 +193,7 @@ def _search(task: SearchTask, lab: GymWorld, room: int, watch: "_Watch | None") 
             if taken >= task.nodes or time.monotonic() - begun > task.seconds:
                 return found(least)
             after, depth = task.step(lab, node.saved, action), node.depth + 1
-            taken += 1
+            taken, drew = taken + 1, drew or after.drew
             child = _Node(task.key(after.env, depth), after.saved, depth, node, action)
             reached = task.reached(after, depth, room)
             goes_on = not reached and not task.over(after, depth, room)
