@@ -333,7 +333,7 @@ def parse_personality(spec: str | Personality) -> Personality:
     try:
         stages = PERSONALITIES.parse(spec)
     except ValueError as error:
-        if ":" not in spec:
+        if not isinstance(spec, str) or ":" not in spec:
             raise
         raise ValueError(f"{error}; studies and suites import `module:Class`, here give the object itself") from error
     return stages[0] if len(stages) == 1 else Pipeline(stages)
