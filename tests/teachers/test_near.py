@@ -186,7 +186,8 @@ def test_a_phrase_that_is_no_sentence_of_its_own_or_is_taken_back_is_not_read(te
 
 
 @pytest.mark.parametrize(
-    "text", ["Go west. Go south.", "Hmm. Go west. Go south.", "Go west.\n- Well:\nGo south.", '"Hi" again! Go west. Go south.']
+    "text",
+    ["Go west. Go south.", "Hmm. Go west. Go south.", "Go west.\n- Well:\nGo south.", '"Hi" again! Go west. Go south.'],
 )
 def test_phrases_that_are_sentences_are_read(text):
     ways = [(layer, slots["action"]) for layer, claim, slots in read(GRID, text) if claim == "Go"]
