@@ -101,8 +101,8 @@ def audit_transcript(path: Path, model: Model | None = None) -> TranscriptAudit:
 
     The first line is an object with `id` (or `family`), `options`, `seed`, and maybe `max_turns`, `observation` and
     `feedback`; each further line is a turn, with `action`, and maybe `observation` and `feedback`, which the teacher
-    said after it. Observations are compared with the world's, as JSON or as its text. From a line on that is not as it must
-    be, or where the simulator plays otherwise, nothing is judged; the audit's `problem` names it.
+    said after it. Observations are compared with the world's, as JSON or as its text. From a line on that is not as it
+    must be, or where the simulator plays otherwise, nothing is judged; the audit's `problem` names it.
 
     Args:
         path: the transcript.
