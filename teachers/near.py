@@ -263,7 +263,7 @@ class Near:
 
         Args:
             sentence: of at most 1,000 characters; longer ones are not read, nor questions that begin as no phrase does,
-                nor what ends by taking itself back, as in "... Not!", nor what casts a doubt that no phrase of its claim does.
+                nor what ends by taking itself back, as in "... Not!", nor what has doubts that its phrases lack.
             without: a phrase that is left out, for measuring.
         """
         if len(sentence) > 1000 or self.takes_back(sentence, before=True):
@@ -310,7 +310,7 @@ class Near:
     def _marks_of(self, text: str) -> frozenset[str]:
         """What a claim's phrases must have, too, if a text states it: doubts, bounds, and the number of negations.
 
-        A bound is a number's, on the side where negations of its clause put it. Negations are those of the clause with most.
+        A bound is on the side where negations of its clause put it. Negations are those of the clause with most.
         """
         text = re.sub(r"\b(?:because|since)\b", ",", _written_out(_KEPT.sub(" # ", text)))
         marks = {kind for kind, pattern in self._doubts.items() if pattern.search(text)}

@@ -239,6 +239,7 @@ class LayeredReader:
 
         What stands in quotes is not read, nor the sentences next to one that takes them back.
         """
+        phrases: list[tuple[SentenceReading | None, tuple[int, int]]]
         phrases = [(None, (0, 0)), *self._phrases_in(text), (None, (len(text), len(text)))]
         gaps = [(at, end) for (_, (_, at)), (_, (end, _)) in itertools.pairwise(phrases)]
         marks = [mark.start() for gap in gaps for mark in _MARK.finditer(text, *gap)]
@@ -267,7 +268,7 @@ class LayeredReader:
                     found[i] = _unread(found[i].text)
         return found
 
-    def _phrases_in(self, text: str) -> Iterator[tuple[SentenceReading | None, tuple[int, int]]]:
+    def _phrases_in(self, text: str) -> Iterator[tuple[SentenceReading, tuple[int, int]]]:
         """The phrases in a text whose slots hold what they can hold, and their places.
 
         Each is a sentence of its own, from its beginning to its end.
@@ -301,8 +302,9 @@ class LayeredReader:
         return SentenceReading(sentence, "near", self._classes[nearest.claim], nearest.slots, None, ())
 
 
-_ENDS = ".!?\"')]”’"
-_MARK = re.compile(r"""["“”„«»]|(?<!\w)['‘](?=\w)|(?<=[.!?,])['’](?!\w)""")  # a quotation begins or ends
+_ENDS = ".!?\"')]\u201d\u2019"  # quotation marks of books close, too
+_OPEN, _CLOSED = "['\u2018]", "['\u2019]"
+_MARK = re.compile(rf'["\u201c\u201d\u201e\u00ab\u00bb]|(?<!\w){_OPEN}(?=\w)|(?<=[.!?,]){_CLOSED}(?!\w)')
 
 
 def _unread(text: str) -> SentenceReading:

@@ -89,7 +89,8 @@ def audit(
     that was not asked for leaks.
 
     A transcript from elsewhere, FILE.jsonl, is played again, and its sentences are read and checked;
-    docs/how-claims-are-checked.md has its form. The exit status is 2 if a line stops this; what was found before is shown.
+    docs/how-claims-are-checked.md has its form. The exit status is 2 if a line stops this; what was found before is
+    shown.
     """
     if any(id.endswith(".jsonl") for id in ids or ()):
         _transcript(ids or [], as_json, reader)

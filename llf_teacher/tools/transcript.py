@@ -100,9 +100,9 @@ def audit_transcript(path: Path, model: Model | None = None) -> TranscriptAudit:
     """Play a transcript again, and check each sentence.
 
     The first line is an object with `id` (or `family`), `options`, `seed`, and maybe `max_turns`, `observation` and
-    `feedback`; each further line is a turn, with `action`, and maybe `observation` and `feedback`, which the teacher said
-    after it. Observations are compared with the world's, as JSON or as its text. From a line on that is not as it must
-    be, or where the simulator plays otherwise, nothing is judged; the audit's `problem` has its number.
+    `feedback`; each further line is a turn, with `action`, and maybe `observation` and `feedback`, which the teacher
+    said after it. Observations are compared with the world's, as JSON or as its text. From a line on that is not as it
+    must be, or where the simulator plays otherwise, nothing is judged; the audit's `problem` names it.
 
     Args:
         path: the transcript.

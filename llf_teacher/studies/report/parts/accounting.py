@@ -18,7 +18,7 @@ from llf_teacher.theme.turns import claim_code
 from teachers.atoms import KINDS, Label
 
 Readings = Mapping[tuple[str, str, str], Sequence[tuple[str, bool]]]
-"""By teacher, instruction type and feedback type each sentence that was read without a model, and whether it is false."""
+"""By teacher, instruction type and feedback type what was read without a model, each with whether it is false."""
 
 
 class OwnWords(NamedTuple):
@@ -134,7 +134,7 @@ def _readings(data: Data) -> tuple[Readings, dict[tuple[str, str, str], FalseSen
             if setting.lessons:
                 continue
             place = setting.teacher, setting.instruction_type, setting.feedback_type
-            for turn, each in ((turn, each) for turn in data.store.turns(key) for each in turn["readings"] or ()):
+            for turn, each in ((row, each) for row in data.store.turns(key) for each in row["readings"] or ()):
                 if each["layer"] in ALONE:
                     found[place].append((each["text"], each["holds"] is False))
                 if each["holds"] is False and place not in examples:
