@@ -39,13 +39,8 @@ class TurnBasedParallelEnv(turn_based_aec_to_parallel_wrapper):
         return env
 
     def step(self, actions: Mapping[str, Any]) -> Any:
-        """Let the agent whose turn it is act.
-
-        Raises:
-            ValueError: its action is missing, or outside of its space; nothing has changed.
-        """
-        agent = self.env.agent_selection
-        if self.agents and agent not in actions:
+        """Let the agent whose turn it is act; a ValueError if its action is missing, and nothing has changed."""
+        if self.agents and (agent := self.env.agent_selection) not in actions:
             raise ValueError(f"the actions lack {agent}, whose turn it is, got those of {', '.join(actions) or 'none'}")
         return super().step(actions)
 

@@ -105,18 +105,13 @@ class SeatsEnv(AECEnv):
             self.render()
 
     def check_action(self, agent: str, action: Any) -> None:
-        """Check that an agent can act so, without acting.
-
-        Raises:
-            ValueError: the action is outside the action space.
-        """
+        """Raise a ValueError if an agent's action is outside its space."""
         student = next((each.view for each in self.seated if each.student == agent), None)
         if student is not None:
             student.check(action)
         elif not isinstance(action, Mapping | Message) and not self.action_space(agent).contains(action):
-            raise ValueError(
-                f"the action must be in {self.action_space(agent)}, got {action!r:.80}; the state is unchanged"
-            )
+            space = self.action_space(agent)
+            raise ValueError(f"the action must be in {space}, got {action!r:.80}; the state is unchanged")
 
     def observe(self, agent: str) -> Any:
         """What an agent sees now."""

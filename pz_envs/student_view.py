@@ -82,11 +82,7 @@ class StudentView:
         return session.act(failure(ASK, session.world) if asks else action).reward
 
     def check(self, action: Any) -> None:
-        """Check that the student can act so.
-
-        Raises:
-            ValueError: the action is outside the action space.
-        """
+        """Raise a ValueError if `act` would."""
         asks, action = self._parted(action)
         if not asks:
             self.session.read(action)

@@ -29,7 +29,7 @@ CHOICES = {"kinds": SUBSETS, "claims": 1 + CLAIMS}
 CLAIM_COLUMNS = (*KINDS, "action", "plan", "edit")
 """The columns of `TeacherView.table`: the kinds of claims, then their roles."""
 FEATURES = ("turn", "reward", "importance", "budget", "over")
-"""The names of the numbers of `TeacherView.features`."""
+"""The names of the numbers of `teachers.session.Offer.features`."""
 SUBSET_BITS = np.array([[subset >> i & 1 for i in range(len(KINDS))] for subset in range(SUBSETS)], np.int8)
 """Per subset 1 for each kind in it, else 0; int8 of shape (32, 5)."""
 LEGAL = np.array([[int(not said & ~true) for said in range(SUBSETS)] for true in range(SUBSETS)], np.int8)
@@ -94,7 +94,7 @@ class TeacherView:
         available = self.offer.available()
         observation: dict[str, Any] = {
             "available": _BITS[available].copy(),
-            "features": np.fromiter(self.features(), _FLOAT, 5),
+            "features": np.fromiter(self.offer.features(self.offer.moment), _FLOAT, 5),
         }
         if self.session.ask_cost is not None:
             observation["asked"] = np.array([self.session.asked], np.int8)
@@ -125,10 +125,6 @@ class TeacherView:
         action = session.moment.action
         action = action.got if type(action) is ParseFailure else action
         return {"state": session.world.describe(session.state), "action": "" if action is None else f"{action}"}
-
-    def features(self) -> tuple[float, float, float, float, float]:
-        """Those of the offer's moment, see `teachers.session.Offer.features`."""
-        return self.offer.features(self.offer.moment)
 
     def feature_bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Least and greatest values of the features, float32 arrays of shape (5,)."""

@@ -31,17 +31,18 @@ if COMPILED:
             waiting = Waiting()
 
             def on_start(self, event: Any) -> None:
-                function = event.data["dispatcher"]
+                if not hasattr(function := event.data["dispatcher"], "folders"):  # not one of ours
+                    return
                 what = f"Compiling {function.__module__} with numba; later processes load it"
+                if not self.count and not sys.stderr.isatty():
+                    sys.stderr.write(f"{what}\n")
                 if not self.depth:
                     self.waiting.__enter__()
-                    if not self.count and not sys.stderr.isatty():
-                        sys.stderr.write(f"{what}\n")
                 self.count, self.depth = self.count + 1, self.depth + 1
                 self.waiting.say(f"{what} (function {self.count}, {function.__name__})")
 
             def on_end(self, event: Any) -> None:
-                self.depth -= 1
+                self.depth -= hasattr(event.data["dispatcher"], "folders")
                 if not self.depth:
                     self.waiting.__exit__(None, None, None)
 

@@ -17,11 +17,9 @@ class _Choice(Stage["ChoosesKinds"]):
     """Asks the personality in each turn."""
 
     def speak(self, claims: Claims, view: View) -> Claims:
-        if view.seat is None:
-            raise ValueError(
-                f"{self.spec} needs a lesson, whose turns are known; play it in a Session or an environment"
-            )
-        numbers = view.seat.numbers(view.moment, {claim.kind for claim in claims}, view.asked)
+        if view.numbers is None:
+            raise ValueError(f"{self.spec} needs a lesson, whose turns are known; play it in an environment")
+        numbers = view.numbers(view.moment, {claim.kind for claim in claims}, view.asked)
         subset = self.spec.choose(np.array(numbers, np.float32))
         return [claim for claim in claims if claim.kind is None or subset & BIT[claim.kind]]
 

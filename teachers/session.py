@@ -478,7 +478,7 @@ class Session:
             if not self.instructs:
                 self.offers[0].suggestion()  # with the instruction its oracle starts
             if past:
-                self.teacher.begin(self.seeds, offer=self.offers[0])
+                self.teacher.begin(self.seeds, 0, self.offers[0].numbers)
                 for earlier in past:
                     self.teacher.judge(earlier)
             self.follow(moment, terminated)
@@ -516,7 +516,7 @@ class Session:
         self.moment = Moment.opening(self.world.truth)._replace(ask_cost=self.ask_cost)
         self.info, self.atoms = {**self._reset_info, "atoms": ()}, ()
         for number, offer in enumerate(self.offers):
-            offer.teacher.begin(self.seeds, number, offer)
+            offer.teacher.begin(self.seeds, number, offer.numbers)
             if self.instructs or number:
                 opening = offer.teacher.open(self.moment)  # with which each oracle starts
                 if not number:

@@ -1,6 +1,6 @@
 """The teacher: an oracle, a personality and a voice."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,6 @@ from teachers.oracle import POSTERIOR, Oracle
 from teachers.personality import Personality, Pipeline, View, check_served, parse_personality, stages_of
 from teachers.phrasebook import Drawn, Draws, Paraphrase, Phrasebook, Rewriting, check_paraphrase
 from teachers.seeds import Seeds
-from teachers.view import Seat
 from teachers.voice import Change
 from teachers.witness import abilities_of
 
@@ -119,20 +118,20 @@ class Teacher:
         (seed,) = rng.bit_generator.seed_seq.spawn(1)  # type: ignore[attr-defined]  # NumPy's stubs leave it out
         self.begin(Seeds(int(seed.generate_state(1, np.uint64)[0])))
 
-    def begin(self, seeds: Seeds, seat: int = 0, offer: Seat | None = None) -> None:
+    def begin(self, seeds: Seeds, seat: int = 0, numbers: Callable[..., tuple[float, ...]] | None = None) -> None:
         """Begin an episode, with a random stream each for oracle, personality, mixing and voice.
 
         Args:
             seeds: those of the environment.
             seat: number of the teacher, where there are several.
-            offer: its seat in a lesson.
+            numbers: what its seat in a lesson observes in numbers, see `teachers.session.Offer.numbers`.
         """
         self._seeds, self._seat = seeds, seat
         self._draws = Draws(self._stream("voice"))
         self._mix_rng: np.random.Generator | None = None
         self._stage = None
         if not self.personality.transparent:
-            self._view = View(self.oracle, self.voice.words, offer)
+            self._view = View(self.oracle, self.voice.words, numbers)
             if self.listens:
                 self._view.ground(self.grounds, self._stream("choice"))
             # Always as a pipeline, so that a lone personality draws what it draws as the first of several.

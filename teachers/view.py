@@ -1,7 +1,7 @@
 """The view of a turn that a personality gets. It contains no template and no family."""
 
 from collections.abc import Callable, Sequence, Set
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -35,23 +35,16 @@ def first_of(kinds: Set[FeedbackType], claims: Sequence[Claim[Any]]) -> int | No
     return next((i for i, claim in enumerate(claims) if claim.kind in kinds and not _bare(claim).placebo), None)
 
 
-class Seat(Protocol):
-    """A teacher's seat in a lesson, such as a `teachers.session.Offer`."""
-
-    def numbers(self, moment: Moment[Any], kinds: Set[FeedbackType | None], asked: bool) -> tuple[float, ...]:
-        """What it observes in numbers of a moment with claims of these kinds."""
-
-
 class View:
     """The moment, what the oracle computes of it, and operations on claims.
 
     All methods treat a late claim as a claim about its own turn.
     """
 
-    def __init__(self, oracle: Oracle, words: Callable[[Claim[Any]], float], seat: Seat | None = None) -> None:
+    def __init__(self, oracle: Oracle, words: Callable[[Claim[Any]], float], numbers: Any = None) -> None:
         self._oracle = oracle
-        self.seat = seat
-        """The teacher's; None outside of a lesson."""
+        self.numbers = numbers
+        """`teachers.session.Offer.numbers` of the teacher's seat; None outside of a lesson."""
         self._moments: list[Moment[Any]] = []
         self._fingerprints = Fingerprints()
         self._hindsight: dict[int, tuple[Claim[Any], ...]] = {}  # by turn

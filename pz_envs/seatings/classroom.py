@@ -401,7 +401,7 @@ class ClassroomEnv(SeatsEnv):
         present = set(self._class)
         nothing = np.zeros(self._choices, np.int8)
         for i, teacher in enumerate(self.teacher_views):
-            turn, reward, importance, _, over = teacher.features()
+            turn, reward, importance, _, over = teacher.offer.features(teacher.offer.moment)
             here = i in present
             heard = here and i not in self._unheard
             available = teacher.offer.available() if here else 0
