@@ -19,7 +19,7 @@ from pz_envs.registered import REWARDS, Registered
 from pz_envs.settings import Settings
 from pz_envs.subject import Subject
 from teachers.planning import Planned, PlanningError, parse_planner, survey
-from teachers.planning.known import known, words_of
+from teachers.planning.known import Known, known, words_of
 from teachers.words import coded_words
 from worlds.actions import describe_space
 from worlds.wrapped.gym_world import check_complete, faithful
@@ -53,7 +53,7 @@ def facts(subject: Registered, **options: Any) -> Iterator[Line]:
     with contextlib.closing(subject.make(options)) as env:
         asked = parse_planner(oracle) if isinstance(oracle, str) else oracle
         found = survey(env, subject.turns(**options), asked)
-        named = words_of(env) or getattr(known(env), "action_words", {})
+        named = words_of(env, known(env) or Known())
     plan = next((plan for plan in found.values() if isinstance(plan, Planned)), None)
     for tier, said in found.items():
         if not isinstance(said, Planned):

@@ -23,7 +23,7 @@ from llf_teacher.suite.places import ARMS
 from teachers.atoms import Utterance
 from teachers.personality import parse_personality
 
-DIGEST = "cd0dd8af10fd9dd3"
+DIGEST = "ff0818a7f265b2a9"
 
 
 def test_the_digest_is_that_of_the_version():

@@ -2,9 +2,9 @@
 
 Why: what was said or seen already is a waste. A claim is news if it is improbable by at least a tenth of a bit in the
 worlds that agree with all that the student saw and heard. 0: nothing is news; 1: as much as of clues, each said once.
-Prerequisite: a family with a posterior. Rests on use, since what helps not must be said again, and on timing, adapting
-and fading: what comes late or after a right action is mostly known. Confounds: false claims are news, too; truth tells
-them apart.
+Prerequisite: a family with a posterior. Rests on use, since what helps not must be said again, on timing, adapting
+and fading: what comes late or after a right action is mostly known, and on hints: once the answer is given, there is
+little left that is news. Confounds: false claims are news, too; truth tells them apart.
 """
 
 from llf_teacher.suite.mirror.population import OBEDIENT, REASONER
@@ -23,5 +23,5 @@ QUALITY = Quality(
     students=(OBEDIENT, REASONER),
     reference="ruler",
     bits=32,
-    rests_on=("use", "timing", "adapts", "fades"),
+    rests_on=("use", "timing", "adapts", "fades", "hints"),
 )
