@@ -3,9 +3,9 @@
 Why: what is new and of no use is a burden. With students that do what is named, and nothing else. The bits are those of
 all claims, the regret is that of all turns; over worlds it is the ratio of their means, of which each world has its
 linear part (Cochran 1977, section 6.4). 0: it saves nothing; 1: as much a bit as advice. Prerequisite: a family with a
-posterior. Rests on truth, timing and calibration: a false certainty has more bits and saves no more. Confounds: students
-that combine hints can use more; what is known has no bits, and costs nothing here. The bits of words that were read are
-not known: a world in which there are some does not count.
+posterior. Rests on truth, timing and calibration: a false certainty has more bits and saves no more. Confounds: what is
+known has no bits, and costs nothing here; students that combine hints can use more. The bits of words that were read
+are not known: a world in which there are some does not count.
 """
 
 from collections.abc import Sequence
