@@ -294,10 +294,11 @@ class LayeredReader:
         for reading, span in self._phrases_in(sentence):
             if span == (0, len(sentence)):
                 return reading
-        nearest = self._near.read(sentence)
+        hedged = HEDGE.search(re.sub('"[^"]*"', "", sentence))
+        nearest = self._near.read(HEDGE.sub(" ", sentence) if hedged else sentence)
         if nearest.claim is None:
             return SentenceReading(sentence, "", None, {}, None, nearest.candidates)
-        if HEDGE.search(re.sub('"[^"]*"', "", sentence)):
+        if hedged:
             return SentenceReading(sentence, "", None, {}, None, (nearest.claim,), hedged=True)
         return SentenceReading(sentence, "near", self._classes[nearest.claim], nearest.slots, None, ())
 

@@ -245,7 +245,7 @@ class Registry(Generic[S]):
 
 
 _TOKEN = re.compile(
-    r"""('{3}|"{3}|'|")(?:\\.|(?!\1).)*+\1  # a string
+    r"""('{3}|"{3}|'|")(?>(?:\\.|(?!\1).)*)\1  # a string; by *+ Python 3.11.2 errs
     | \#[^\n]* | [(\[{] | [)\]}] | [:@]""",
     re.DOTALL | re.VERBOSE,
 )

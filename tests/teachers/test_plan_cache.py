@@ -37,7 +37,7 @@ def plan(**options):
 
 
 def transitions(planned):
-    return planned.model._known[0].transitions
+    return planned.model._known[0].values.transitions
 
 
 def test_an_environment_is_explored_once(folder, explorations):

@@ -194,7 +194,7 @@ _WORDS = (  # that may stand before a pair that is proposed
 )
 _MARKS = r"[\s*_`\"'$)}]*+"
 _BEFORE = re.compile(
-    rf"(?:(?:{_WORDS})\b|(?<!x)(?<!x )[-\u2013\u2014>\u2192]\s|[\s=:*_`\"'$>#{{(]|->)*+",
+    rf"(?>(?:(?:{_WORDS})\b|(?<!x)(?<!x )[-\u2013\u2014>\u2192]\s|[\s=:*_`\"'$>#{{(]|->)*)",  # by *+ Python 3.11.2 errs
     re.IGNORECASE,
 )
 _AFTER = re.compile(  # a remark, or the sentence's end
