@@ -50,7 +50,7 @@ _THOUGHT = re.compile(r"[\s*_#>]{0,9}(?:thoughts?|thinking|reasoning)[*_ ]{0,3}[
 _NOT = re.compile(
     r"(?=[nacoris])(?:(?<!have )(?<!has )(?<!that are )(?<!which are )\bnot|(?<!have)(?<!has)n['\u2019]t"
     r"|\b(?:never|cannot|avoid|skip|except|other than|rather than|instead of|anything but))\b"
-    r"(?P<what>(?:[^,;.!?\n()\[\]{}]|[,.](?=[0-9])|\[[^\[\]]*\]|\([^()]*\)|\{[^{}]*\})*+)",
+    r"(?P<what>(?>(?:[^,;.!?\n()\[\]{}]|[,.](?=[0-9])|\[[^\[\]]*\]|\([^()]*\)|\{[^{}]*\})*))",  # 3.11.2 errs by *+
     re.IGNORECASE,
 )
 _UNIT = r"cm|mm|km|centimet\w+|millimet\w+|inch(?:es)?|feet|degrees?|radians?|percent|%"
