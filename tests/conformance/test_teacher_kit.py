@@ -149,7 +149,7 @@ class Restless(BanditOracle):
     def start(self, truth):
         super().start(truth)
         Restless.count += 1
-        self._avoid = self._avoid[Restless.count % 5 :] or self._avoid
+        self._poor = self._poor[Restless.count % 5 :] or self._poor
 
 
 @claim
@@ -204,9 +204,9 @@ class Twofold(Avoid):
 class Mumbler(BanditOracle):
     """Warns in words that can be misread."""
 
-    def start(self, truth):
-        super().start(truth)
-        self._avoid = tuple(Twofold(action=arm) for arm in self._poor)
+    def _advice(self, claims, moment, kinds):
+        super()._advice(claims, moment, kinds)
+        claims[:] = [Twofold(action=each.action) if type(each) is Avoid else each for each in claims]
 
 
 @claim
@@ -377,9 +377,10 @@ class Disordered(BanditOracle):
 class Numeric(BanditOracle):
     """Has numbers of NumPy's in its claims."""
 
-    def start(self, truth):
-        super().start(truth)
-        self._avoid = tuple(fast_constructor(Avoid)(np.int64(arm)) for arm in self._poor)
+    def _advice(self, claims, moment, kinds):
+        super()._advice(claims, moment, kinds)
+        made = fast_constructor(Avoid)
+        claims[:] = [made(np.int64(each.action)) if type(each) is Avoid else each for each in claims]
 
 
 class Flipped(BanditOracle):
