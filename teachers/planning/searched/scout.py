@@ -44,7 +44,7 @@ class KeptPlan(NamedTuple):
 class Scout:
     """Searches from the states of episodes.
 
-    A plan follows from the state in which the episode begins and the actions since, whoever asks and when.
+    A plan follows from the state in which the episode begins and the actions since, and from nothing else.
 
     Args:
         task: what is searched for.
