@@ -83,7 +83,7 @@ def test_what_arrays_cannot_teach_is_taught_one_by_one(id):
     assert isinstance(envs, TeacherVectorEnv if family.world_batch else gymnasium.vector.SyncVectorEnv)
     envs.reset(seed=0)
     observations, *_ = envs.step(np.array([0, 1]))
-    assert observations["action_mask"].shape == (2, SUBSETS)
+    assert observations["action_mask"].shape == (2, envs.single_action_space.n)
 
 
 def test_elsewhere_there_are_all_subsets():
