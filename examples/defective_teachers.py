@@ -93,13 +93,10 @@ class ShortSighted(Defect):
 
 
 class AnswerGiving(Defect):
-    """Names the action in place of a clue about this world, where it has not named it last."""
+    """Names the action in place of a clue about this world."""
 
     def spoilt(self, claims: Claims, view: View, memory: list[object]) -> Claims:
         """Rules of a town, and the answer."""
         rules = [claim for claim in claims if claim.scope is Scope.FAMILY]
         answer = view.example(1) if len(rules) < len(claims) else None
-        if answer is None or memory[-1:] == [answer]:
-            return rules
-        memory.append(answer)
-        return [*rules, answer]
+        return rules if answer is None else [*rules, answer]
