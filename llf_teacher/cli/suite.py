@@ -81,24 +81,20 @@ def suite(
     for path in card or ():
         check_file(path)
     console = Console(emoji=False, stderr=True, markup=False)
+    subject = student or teacher or ""
     role, before = ("student", estimate) if teacher is None else ("teacher", estimate_teacher)
-    plays = before(student or teacher or "", only or (), quick, key)
-    console.print(f"The {role} plays {plays}, less what {store} has already.")
-    if store.exists() and ":" in (student or teacher or ""):
+    console.print(f"The {role} plays {before(subject, only or (), quick, key)}, less what {store} has already.")
+    if store.exists() and ":" in subject:
         console.print("If your code has changed since, give another --store: episodes are known by their spec.")
     with Progress(console=console, transient=True) as progress, warnings.catch_warnings():
         warnings.filterwarnings("ignore", message=r"\d+ of \d+ episodes failed")  # the card says it
         task = progress.add_task("episodes", total=None)
-        found = (take if teacher is None else mirror.take)(
-            student if teacher is None else teacher,
-            store,
-            only or (),
-            quick,
-            key,
-            workers,
-            lambda done, total: progress.update(task, completed=done, total=total),
-            turn_seconds,
-        )
+
+        def show(done: int, total: int) -> None:
+            progress.update(task, completed=done, total=total)
+
+        play = take if teacher is None else mirror.take
+        found = play(subject, store, only or (), quick, key, workers, show, turn_seconds)
     table = Table(found.scored, "score", "p", "finds", title=found.student, caption=FINDS)
     for each in found.lines:
         table.add_row(each.ability, each.words, each.chance, each.power)

@@ -5,6 +5,7 @@ import io
 import json
 import math
 import platform
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -17,8 +18,8 @@ from llf_teacher.suite.experiment import all_experiments
 from llf_teacher.suite.score import Score
 from teachers.spec import unknown
 
-FORMATS = (".json", ".md", ".svg", ".html")
-"""The suffixes of files that a card can be written to."""
+FORMATS = {".json": "as_json", ".md": "as_markdown", ".svg": "as_svg", ".html": "as_html"}
+"""The methods that make a card's text, by the suffix of its file."""
 FINDS = (
     "p: that the lessons compared are alike, by Holm's method; finds: the least contrast, in the unit of the scores, "
     "that the test finds with a power of 0.8."
@@ -75,9 +76,14 @@ class AbilityLine(ScoreLine):
     alike: bool | None
     """Where both lessons should be alike: whether they are; None elsewhere."""
     finds: float | None = None
-    """The least contrast, in the unit of the score, that the test finds with a power of 0.8, by this student's spread,
-    at the level of Holm's first step; None if it finds none.
-    """
+    """The least contrast that the test finds with a power of 0.8, at the level of Holm's first step; None: none."""
+
+    def __post_init__(self) -> None:
+        numbers = (self.score, self.low, self.high, self.p, self.finds)
+        if not all(each is None or isinstance(each, int | float) for each in numbers):
+            raise ValueError(f"the line {self.name} must have numbers, got {numbers}")
+        if not isinstance(self.seeds, int) or (self.low is None) != (self.high is None) or 0 < self.seeds < LEAST:
+            raise ValueError(f"the line {self.name} must have an interval by {LEAST} seeds at least, got {self.seeds}")
 
     @property
     def power(self) -> str:
@@ -104,7 +110,7 @@ class Card:
     failures: int
     """Episodes that failed."""
     error: str
-    """The reason of the first of these."""
+    """The reason of the first of these, and the line of the student's or teacher's code."""
     versions: Mapping[str, str]
 
     role: ClassVar[str] = "student"
@@ -142,7 +148,7 @@ class Card:
             ),
             cost={"episodes": float(len(played)), **cost},
             failures=len(failed),
-            error=f"{failed[0]['error']}" if failed else "",
+            error=f"{failed[0]['error']}{_place(failed[0]['trace'])}" if failed else "",
             versions={"llf-teacher": llf_teacher.__version__, "python": platform.python_version()},
             **settings,
         )
@@ -165,10 +171,8 @@ class Card:
             else f"No {self.scored} differs significantly from none."
         ]
         weak = "; ".join(f"{each.ability} ({each.words})" for each in lacking[:3])
-        if lacking:
-            said.append(f"Less than half of what the reference has: {weak}.")
-        else:
-            said.append("Of what was measured it has half or more.")
+        less = f"Less than half of what the reference has: {weak}."
+        said.append(less if lacking else "Of what was measured it has half or more.")
         names = "; ".join(each.ability for each in unmeasured)
         said.append(f"Not measured: {names}." if unmeasured else "Everything was measured.")
         return said
@@ -188,12 +192,10 @@ class Card:
         try:
             values = json.loads(Path(path).read_text(encoding="utf-8"))
             was = values.pop("checksum")
-            lines = tuple(_checked(AbilityLine(**each)) for each in values["lines"])
+            lines = tuple(AbilityLine(**each) for each in values["lines"])
             card = cls(**values | {"lines": lines})
         except (OSError, UnicodeDecodeError, ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
-            raise CardError(
-                f"{path} is no card of the suite: {error}; `llf suite --card FILE.json` writes one"
-            ) from None
+            raise CardError(f"{path} is no card of the suite: {error}; `llf suite --card` writes one") from None
         if was != checksum(values):
             raise CardError(f"{path} was changed after it was written: its checksum does not fit; write it anew")
         return card
@@ -233,8 +235,7 @@ class Card:
 
         from llf_teacher.studies.report.plots import STYLE, Pane, panel_plot
 
-        file, rows, dots = io.StringIO(), [], {}
-        scale = "0: none of it, 1: as the reference"
+        file, rows, dots, scale = io.StringIO(), [], {}, "0: none of it, 1: as the reference"
         for each in self.lines:
             rows.append(each.ability if each.score is not None else f"{each.ability} (not measured)")
             if each.score is not None:
@@ -260,8 +261,7 @@ class Card:
             ValueError, FileNotFoundError: see `check_file`.
         """
         check_file(path)
-        made = {".json": self.as_json, ".md": self.as_markdown, ".svg": self.as_svg, ".html": self.as_html}
-        path.write_text(made[path.suffix](), encoding="utf-8")
+        path.write_text(getattr(self, FORMATS[path.suffix])(), encoding="utf-8")
 
 
 def check_file(path: Path) -> None:
@@ -292,20 +292,6 @@ def check(path: Path | str, digest: str) -> Card:
     return card
 
 
-def _checked(line: AbilityLine) -> AbilityLine:
-    """The line, if its numbers are such.
-
-    Raises:
-        ValueError: they are not.
-    """
-    numbers = (line.score, line.low, line.high, line.p, line.finds)
-    if not all(each is None or isinstance(each, int | float) for each in numbers):
-        raise ValueError(f"the line {line.name} must have numbers, got {numbers}")
-    if not isinstance(line.seeds, int) or (line.low is None) != (line.high is None) or 0 < line.seeds < LEAST:
-        raise ValueError(f"the line {line.name} must have an interval by {LEAST} seeds at least, got {line.seeds}")
-    return line
-
-
 def _line(name: str, ability: str, score: Score, p: float | None, tests: int) -> AbilityLine:
     finds = least_effect(score.seeds, score.spread, _ALPHA / tests) if score.measured else math.inf
     numbers = {"score": score.value, "low": score.low, "high": score.high, "finds": finds}
@@ -319,6 +305,14 @@ def _line(name: str, ability: str, score: Score, p: float | None, tests: int) ->
         alike=score.alike,
         **{each: value if math.isfinite(value) else None for each, value in numbers.items()},
     )
+
+
+def _place(trace: str) -> str:
+    """The last line outside of this project in a traceback, such as ` (my_agent.py, line 7)`; empty without one."""
+    ours = [Path(llf_teacher.__file__).parents[1] / name for name in ("llf_teacher", "pz_envs", "teachers", "worlds")]
+    lines = [(Path(file), line) for file, line in re.findall(r'File "(.+)", line (\d+)', trace)]
+    there = [f" ({file.name}, line {line})" for file, line in lines if not any(map(file.is_relative_to, ours))]
+    return there[-1] if there else ""
 
 
 def _for_certain(each: AbilityLine) -> bool:

@@ -30,9 +30,7 @@ VERSION = "suite-v1"
 """Worlds, seeds, teachers, references and thresholds of this name never change; `digest` is that of all of them."""
 QUICK_SEEDS, QUICK_TURNS = 8, 6
 QUICK: Mapping[str, str] = MappingProxyType({"advice": HOUSE, "hints": ARMS, "silence": ARMS, "turncoat": ARMS})
-"""The experiments of `quick`, each in the environment in which the reference's contrast exceeds its noise most in so
-few turns, by 5 to 12 standard errors; that of praise, blame and what is late by 2.
-"""
+"""The experiments of `quick`, each in the environment in which the reference's contrast exceeds its noise most."""
 FIRST_SEED = 500_000
 """First seed of the suite without a key."""
 T = TypeVar("T")
@@ -152,8 +150,7 @@ def take(
     """
     spec, experiments, seeds = student_spec(student), chosen(names, quick), seeds_of(key, quick)
     studies = studies_of([spec], experiments, seeds, QUICK_TURNS if quick else TURNS)
-    options = RunOptions(limits=Limits(turn_seconds=turn_seconds), retry_failed=True)
-    rows, lost = played(studies, store, workers, progress, options)
+    rows, lost = played(studies, store, workers, progress, turn_seconds)
     forgets = not parse_student(spec).remembers
     scores = {
         name: Score(np.nan, why="the student does not remember earlier episodes")
@@ -169,17 +166,17 @@ def played(
     store: Path | str,
     workers: int | None,
     progress: Callable[[int, int], None] | None,
-    options: RunOptions,
+    turn_seconds: float | None,
     most: float = math.inf,
 ) -> tuple[list[Mapping[str, Any]], list[Mapping[str, Any]]]:
     """Play what the store lacks of the studies, and give the rows of their episodes and of those that failed.
 
     Args:
         studies: in the order in which they are played.
-        store, workers, progress: as in `take`; the progress is that of all studies.
-        options: of the runner.
-        most: number of failures, after which no other study begins.
+        store, workers, progress, turn_seconds: as in `take`; the progress is that of all studies.
+        most: number of failures, after which no other study begins, and the first ends the study that plays.
     """
+    options = RunOptions(limits=Limits(turn_seconds=turn_seconds), retry_failed=True, fail_fast=math.isfinite(most))
     each_keys = [(study, {each.key for each in study.episodes()}) for study in studies]
     keys, done = set[str]().union(*(own for _, own in each_keys)), 0
     lost: list[Mapping[str, Any]] = []

@@ -176,7 +176,7 @@ class Talks(Fails):
 @pytest.mark.parametrize(
     ("teacher", "seconds", "why"),
     [
-        (Fails, None, "out of chalk"),
+        (Fails, None, "out of chalk') (test_mirror.py, line "),
         (Nonsense, None, "7"),
         pytest.param(Hangs, 0.5, "over", marks=pytest.mark.full),
     ],

@@ -1,7 +1,8 @@
 """Takes advice: does what the teacher says to do next.
 
-Lessons of advice (fp) beside as many words that say nothing of the task. A student that does what is advised has no
-regret; the score says nothing of whether it understands why.
+Why: advice says all that the next action needs. Advice (fp) beside a placebo, as many words that say nothing of the
+task, in 20 bandits and 20 houses. Confounds: a student that only obeys has no regret; whether it understands why does
+not count.
 """
 
 from llf_teacher.suite.experiment import Experiment

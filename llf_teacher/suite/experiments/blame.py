@@ -1,6 +1,7 @@
 """Uses blame: acts by what the teacher says was bad.
 
-Lessons of blame (hn) beside a placebo. The teacher is silent after a good action, so it rests on keeping what was said.
+Why: blame says what to leave, not what to do. Blame (hn) beside a placebo, in 40 bandits and 40 houses. The teacher is
+silent after a good action, so it rests on keeping what was said. Confounds: a student that errs little gains little.
 """
 
 from llf_teacher.suite.experiment import Experiment

@@ -1,7 +1,8 @@
 """Combines hints: acts on clues, none of which names the action.
 
-One new clue a turn, such as a list of arms or a room without a treasure, beside a placebo. Clues are said as advice
-and warnings, so that it rests on both; and once all are said the teacher is silent, so that it rests on keeping them.
+Why: a student that infers needs no answers. One new clue a turn, such as a list of arms or a room without a treasure,
+beside a placebo, in 20 bandits and 20 houses. Clues are said as advice and warnings, and once all are said the teacher
+is silent: it rests on both, and on keeping them. Confounds: many clues leave one action, as an answer does.
 """
 
 from llf_teacher.suite.experiment import Experiment

@@ -1,7 +1,8 @@
-"""Credits late feedback to the turn that it is about.
+"""Credits late feedback to the right turn.
 
-Praise and blame that come two turns after the action, and name the turn, beside a placebo. It rests on praise and
-blame, without which it cannot be had.
+Why: much is said after the fact. Praise and blame two turns after the action beside a placebo, in 40 bandits and 40
+houses. Rests on praise and blame. Confounds: the words name the turn, but also the arm, or the room and the move, so
+that a student can use them that does not know what it did in that turn.
 """
 
 from llf_teacher.suite.experiment import Experiment

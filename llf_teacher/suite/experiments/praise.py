@@ -1,8 +1,8 @@
 """Uses praise: acts by what the teacher says was good.
 
-Lessons of praise (hp) beside a placebo. In bandits a student can repeat the arm; in a house a move cannot be repeated,
-but it tells on which side the treasure is. The teacher is silent after a bad action, so it rests on keeping what was
-said.
+Why: praise says what to keep. Praise (hp) beside a placebo, in 40 bandits and 40 houses. In a house a move cannot be
+repeated, but it tells on which side the treasure is. The teacher is silent after a bad action, so it rests on keeping
+what was said. Confounds: with a bandit, to repeat what was praised is enough.
 """
 
 from llf_teacher.suite.experiment import Experiment

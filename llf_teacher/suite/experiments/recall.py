@@ -1,8 +1,8 @@
 """Recalls in a later episode what it was taught in an earlier one.
 
-A test without a teacher, in the same world as the lesson before, which had advice or a placebo. Only the test counts.
-It rests on advice, and, since the test has no teacher, on keeping what was said in silence. A student that forgets
-between episodes is not measured.
+Why: a student that forgets is taught anew. A test without a teacher in the world of the lesson before, of advice or of
+a placebo, in 20 bandits and 20 houses; only the test counts. It rests on advice, and, since the test has no teacher, on
+keeping what was said. Confounds: to repeat the lesson's actions is enough. Prerequisite: memory between episodes.
 """
 
 from llf_teacher.suite.experiment import Experiment

@@ -1,8 +1,9 @@
 """Keeps what it was taught after the teacher falls silent.
 
-A teacher that gives advice before the first turn and says nothing after, beside a placebo; the regret from the third
-turn on counts. The advice, an arm or films, stays the best to the end, so that only keeping it is measured: in a house
-each room asks for another move, and to keep the first advice does harm. It rests on advice.
+Why: teachers leave. Advice before the first turn and none after, beside a placebo, in 20 bandits and with 20 lists of
+films; the regret from the third turn on counts. The advice stays the best to the end, so that only keeping it is
+measured: in a house each room asks for another move, and to keep the first does harm. Rests on advice. Confounds: a
+student that repeats its first action by habit keeps the advice, too.
 """
 
 from llf_teacher.suite.experiment import Experiment

@@ -1,8 +1,8 @@
 """Is not distracted by words that say nothing of the task.
 
-The truth among three truisms a turn beside the bare truth. The score is 1 if both lose as much, and 0 if the truisms
-cost as much as the reference loses in silence. A student that takes no advice has less to be distracted from, so it
-rests on advice.
+Why: much of what people say is no feedback. The truth among three truisms a turn beside the bare truth, in 20 bandits
+and 20 houses. The score is 1 if both lose as much, and 0 if the truisms cost as much as the reference loses in silence.
+Confounds: a student that takes no advice has less to be distracted from, so it rests on advice.
 """
 
 from llf_teacher.suite.experiment import Experiment

@@ -1,7 +1,8 @@
 """Understands a teacher in another voice.
 
-The same claims in a curt voice beside the plain one. The score is 1 if both save as much, and less if the curt voice
-saves less; the unit is what the plain voice saves beside a placebo. Without advice both are alike, so it rests on that.
+Why: teachers talk differently. The same claims in a curt voice beside the plain one, in 20 bandits and 20 houses. The
+score is 1 if both save as much, and less if the curt voice saves less; the unit is what the plain voice saves beside a
+placebo. Without advice both are alike, so it rests on that. Confounds: one other voice stands for all.
 """
 
 from llf_teacher.suite.experiment import Experiment

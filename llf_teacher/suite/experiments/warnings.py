@@ -1,7 +1,8 @@
 """Heeds warnings: does not do what the teacher says to avoid next.
 
-Lessons of warnings (fn) beside a placebo. A warning leaves several actions, so the reference weighs in which worlds the
-warning would be said.
+Why: some teachers only forbid. Warnings (fn) beside a placebo, in 20 bandits and 20 houses. A warning leaves several
+actions, so the reference weighs in which worlds the warning is said. Confounds: to shun what was named last is a part
+of it.
 """
 
 from llf_teacher.suite.experiment import Experiment

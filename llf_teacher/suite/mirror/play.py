@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from llf_teacher import suite
-from llf_teacher.episodes.record import READINGS, EpisodeSpec
+from llf_teacher.episodes.record import READINGS
 from llf_teacher.registry import entry
 from llf_teacher.speakers.parsing import needed_of, speaks_freely
 from llf_teacher.studies import Results, load
@@ -18,8 +18,6 @@ from llf_teacher.studies.analysis.statistics import LEAST
 from llf_teacher.studies.definition.custom_specs import parse_teacher, teacher_spec
 from llf_teacher.studies.definition.design import NEXT, TESTER
 from llf_teacher.studies.definition.study import Study
-from llf_teacher.studies.execution.limits import Limits
-from llf_teacher.studies.execution.runner import RunOptions
 from llf_teacher.suite.card import Card, checksum
 from llf_teacher.suite.experiment import TURNS
 from llf_teacher.suite.mirror.quality import Quality, TaughtEpisode, TaughtWorld, all_qualities
@@ -109,12 +107,9 @@ def take(
     """
     spec, asked = teacher_spec(teacher), named("quality", names, all_qualities())
     seeds = seeds_for(quick, key, worlds)
-    studies = list(studies_of(spec, asked.values(), seeds))
-    options = RunOptions(limits=Limits(turn_seconds=turn_seconds), retry_failed=True, fail_fast=True)
-    keys = {_lesson(each): each.key for study in studies for each in study.episodes()}
-    found, lost = played(studies, store, workers, progress, options, FAILURES)
+    found, lost = played(studies_of(spec, asked.values(), seeds), store, workers, progress, turn_seconds, FAILURES)
     with load(store) as results:
-        lessons = _Lessons(results, {row["key"]: row for row in found}, keys, {})
+        lessons = _Lessons(results, {_lesson(row): row for row in found}, {})
         scores = {name: _scored(each, spec, lessons, seeds) for name, each in asked.items()}
         card = TeacherCard.of(spec, scores, found, lost, suite=VERSION, digest=digest(), key=key, quick=quick)
         if not speaks_freely(parse_teacher(spec)):
@@ -164,34 +159,31 @@ def _serves(id: str, teacher: str) -> bool:
     return entry(id).family.serves(needed_of(parse_teacher(teacher)), **OPTIONS.get(id, {}))
 
 
-def _lesson(spec: EpisodeSpec) -> tuple[object, ...]:
+def _lesson(row: Mapping[str, Any]) -> tuple[object, ...]:
     """What identifies an episode here: whether it is a test after a lesson, the measure, and who met where."""
-    return spec.lessons, spec.draws, spec.id, spec.teacher, spec.student, spec.seed
+    return tuple(row[name] for name in ("lessons", "draws", "id", "teacher", "student", "seed"))
 
 
 class _Lessons(NamedTuple):
     """The episodes of a store."""
 
     results: Results
-    rows: Mapping[str, Mapping[str, Any]]
-    """By key."""
-    keys: Mapping[tuple[object, ...], str]
+    rows: Mapping[tuple[object, ...], Mapping[str, Any]]
     """By `_lesson`."""
     read: dict[str, TaughtEpisode]
 
     def world(self, quality: Quality, id: str, teacher: str, seed: int) -> TaughtWorld | None:
         """The lessons of a teacher in a world; None if one was not played."""
         both = [
-            [self.keys.get((int(quality.town), quality.bits, id, who, student, seed)) for student in quality.students]
+            [self.rows.get((int(quality.town), quality.bits, id, who, student, seed)) for student in quality.students]
             for who in (teacher, TESTER)
         ]
-        if not all(key in self.rows for keys in both for key in keys):
-            return None
-        return TaughtWorld(*([self._episode(key) for key in keys if key] for keys in both))
+        found = [[self._episode(row) for row in rows if row] for rows in both]
+        return TaughtWorld(*found) if sum(map(len, found)) == 2 * len(quality.students) else None
 
-    def _episode(self, key: str) -> TaughtEpisode:
+    def _episode(self, row: Mapping[str, Any]) -> TaughtEpisode:
+        key = row["key"]
         if key not in self.read:
-            row = self.rows[key]
             self.read[key] = TaughtEpisode(row["regrets"], row["words"], self.results.turns(key))
         return self.read[key]
 
@@ -201,13 +193,12 @@ def _scored(quality: Quality, teacher: str, lessons: _Lessons, seeds: Sequence[i
     why: dict[str, str] = {}
     found: dict[str, NDArray[np.float64]] = {}
     for id in quality.ids:
-        whole = [[lessons.world(quality, id, who, seed) for seed in seeds] for who in (teacher, *quality.teachers)]
-        worlds = [[each for each in row if each] for row in whole]
+        each_world = ((lessons.world(quality, id, who, seed) for seed in seeds) for who in (teacher, *quality.teachers))
+        worlds = [list(filter(None, row)) for row in each_world]
         if not _serves(id, teacher):
             why[id] = "the oracle lacks what the teacher needs"
             continue
-        if any(len(row) < len(seeds) for row in worlds):
-            missing = len(seeds) - min(map(len, worlds))
+        if missing := len(seeds) - min(map(len, worlds)):
             why[id] = f"{missing} of {len(seeds)} worlds failed or were not played"
             continue
         outcomes = [quality.outcome(row) for row in worlds[: len(quality.teachers)]]  # without silence
@@ -216,11 +207,9 @@ def _scored(quality: Quality, teacher: str, lessons: _Lessons, seeds: Sequence[i
             why[id] = quality.absent
             del found[id]
     shared = np.all([np.isfinite(each).all(axis=0) for each in found.values()], axis=0) if found else np.zeros(0)
-    arms = {
-        id: Arms(
-            better=-each[0, shared], worse=-each[2, shared], unit_better=-each[1, shared], unit_worse=-each[2, shared]
-        )
-        for id, each in found.items()
-    }
+    arms = {}
+    for id, each in found.items():
+        own, one, zero = -each[:, shared]
+        arms[id] = Arms(better=own, worse=zero, unit_better=one, unit_worse=zero)
     scored = score(arms)
     return scored._replace(why="; ".join((*(f"{id}: {each}" for id, each in why.items()), *filter(None, [scored.why]))))
