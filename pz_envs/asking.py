@@ -1,11 +1,13 @@
 """Asking: an action of the student that is a question to the teacher, not an action of the world."""
 
 import re
+from contextlib import suppress
 from typing import Any
 
 from gymnasium import spaces
 
 from pz_envs.answers import Parted, split_thought
+from worlds.actions import canonical
 from worlds.spaces import Prose
 
 ASK = "ask"
@@ -17,7 +19,8 @@ def asking_space(space: spaces.Space[Any]) -> spaces.Space[Any]:
     """The action space of a student that may ask.
 
     Of `Discrete(n)` it is `Discrete(n + 1)`, whose greatest number asks. Text stays text, and the word `ask` asks. Of
-    any other space it is a Dict of `action`, the space, and `ask`, Discrete(2); with 1 the action does not count.
+    any other space it is a Dict of `action`, the space, and `ask`, Discrete(2); with 1 the action does not count. There
+    an action of the space itself, as students play it that never ask, does not ask.
     """
     if isinstance(space, spaces.Discrete):
         return spaces.Discrete(int(space.n) + 1, start=int(space.start))
@@ -42,6 +45,9 @@ def read_question(action: Any, space: spaces.Space[Any]) -> tuple[bool, Any]:
     if isinstance(space, Prose | spaces.Text):
         said = split_thought(action).answer if isinstance(action, str | Parted) else ""
         return 0 < len(said) < 1000 and _ASK.fullmatch(said) is not None, action
+    with suppress(ValueError, TypeError, OverflowError):  # an action of a student that never asks
+        canonical(space["action"], action)  # type: ignore[index]  # it is a Dict
+        return False, action
     if not isinstance(action, dict) or action.keys() != {"action", ASK} or action[ASK] not in (0, 1):
         raise ValueError(
             f"the action of a student that may ask must be a dict of `action` and `{ASK}` (0 or 1), "

@@ -153,10 +153,7 @@ class LifetimeEnv(SeatsEnv):
             self.rewards = seats.rewards
             return
         self._forget(agent)
-        self._cumulative_rewards[agent] = 0.0
-        self.rewards = dict.fromkeys(self.agents, 0.0) | seats.rewards
-        for each, reward in seats.rewards.items():
-            self._cumulative_rewards[each] += reward
+        self._pay_all(agent, seats.rewards)
         if self.episode + 1 < self.episodes:
             self._bridge()
 

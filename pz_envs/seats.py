@@ -104,6 +104,13 @@ class SeatsEnv(AECEnv):
         if self.render_mode == "human":
             self.render()
 
+    def _pay_all(self, actor: str, rewards: Mapping[str, float]) -> None:
+        """Pay what a step brings, of which the actor has seen the sum of those before."""
+        self._cumulative_rewards[actor] = 0.0
+        self.rewards = dict.fromkeys(self.agents, 0.0) | dict(rewards)
+        for agent, reward in rewards.items():
+            self._cumulative_rewards[agent] += reward
+
     def check_action(self, agent: str, action: Any) -> None:
         """Raise a ValueError if an agent's action is outside its space."""
         student = next((each.view for each in self.seated if each.student == agent), None)

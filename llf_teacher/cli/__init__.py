@@ -17,6 +17,17 @@ from llf_teacher import __version__
 from llf_teacher.escaping import escape_control_chars
 from teachers.spec import unknown
 
+# Options of several commands.
+InstructionType = Annotated[
+    str, typer.Option(help="Instruction: b (basic), p (with feedback on past actions) or c (complete).")
+]
+FeedbackType = Annotated[
+    str, typer.Option(help="Feedback: a (all), n (none), m (random kinds in each turn), or kinds such as r+hp.")
+]
+MaxTurns = Annotated[int | None, typer.Option(help="Most turns of the episode; by default those of the environment.")]
+WorldOptions = Annotated[
+    list[str] | None, typer.Option(help="Option of the environment's world, as NAME=VALUE; repeat it for several.")
+]
 errors = Console(emoji=False, stderr=True, highlight=False, soft_wrap=True, markup=False)
 
 

@@ -19,6 +19,7 @@ from rich.markup import escape
 from rich.progress import track
 from rich.table import Table
 
+from llf_teacher import cli
 from llf_teacher.cli import print_missing, read_options, search_here
 from llf_teacher.escaping import escape_control_chars
 
@@ -49,9 +50,7 @@ def audit(
         ),
     ] = None,
     turns: Annotated[int, typer.Option(min=1, help="Turns for each environment and teacher.")] = 1000,
-    feedback_type: Annotated[
-        str, typer.Option(help="Feedback: a (all), n (none), m (random kinds in each turn), or kinds such as r+hp.")
-    ] = "a",
+    feedback_type: cli.FeedbackType = "a",
     voice: Annotated[
         str, typer.Option(help="Name of a voice, path of a voice's file, or module:function that rewrites sentences.")
     ] = "plain",

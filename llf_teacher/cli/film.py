@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from llf_teacher import cli
 from llf_teacher.cli import complete_id, complete_student, complete_teacher, draw_off_screen, read_options, search_here
 
 
@@ -20,20 +21,11 @@ def film(
         str, typer.Option(help="Spec of the teacher's personality.", autocompletion=complete_teacher)
     ] = "oracle",
     student: Annotated[str, typer.Option(help="Spec of the student.", autocompletion=complete_student)] = "obedient",
-    instruction_type: Annotated[
-        str, typer.Option(help="Instruction: b (basic), p (with feedback on past actions) or c (complete).")
-    ] = "b",
-    feedback_type: Annotated[
-        str, typer.Option(help="Feedback: a (all), n (none), m (random kinds in each turn), or kinds such as r+hp.")
-    ] = "a",
+    instruction_type: cli.InstructionType = "b",
+    feedback_type: cli.FeedbackType = "a",
     seed: Annotated[int, typer.Option(min=0, help="Seed of the episode.")] = 0,
-    max_turns: Annotated[
-        int | None, typer.Option(help="Most turns of the episode; by default those of the environment.")
-    ] = None,
-    option: Annotated[
-        list[str] | None,
-        typer.Option(help="Option of the environment's world, as NAME=VALUE; repeat it for several."),
-    ] = None,
+    max_turns: cli.MaxTurns = None,
+    option: cli.WorldOptions = None,
     theme: Annotated[str, typer.Option(help="Colours: light or dark.")] = "light",
     seconds: Annotated[float, typer.Option(help="Seconds that each turn is shown.", min=0.02)] = 1.5,
     bits: Annotated[

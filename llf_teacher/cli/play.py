@@ -11,6 +11,7 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
+from llf_teacher import cli
 from llf_teacher.cli import complete_id, complete_student, complete_teacher, read_options, search_here
 from llf_teacher.escaping import escape_control_chars
 from pz_envs.seats import STUDENT, TEACHER
@@ -68,21 +69,12 @@ def play(
     student: Annotated[
         str, typer.Option(help="Spec of the student that you teach.", autocompletion=complete_student)
     ] = "obedient",
-    instruction_type: Annotated[
-        str, typer.Option(help="Instruction: b (basic), p (with feedback on past actions) or c (complete).")
-    ] = "b",
-    feedback_type: Annotated[
-        str, typer.Option(help="Feedback: a (all), n (none), m (random kinds in each turn), or kinds such as r+hp.")
-    ] = "a",
+    instruction_type: cli.InstructionType = "b",
+    feedback_type: cli.FeedbackType = "a",
     budget: Annotated[int | None, typer.Option(help="Most claims that you can make as the teacher.")] = None,
     seed: Annotated[int | None, typer.Option(min=0, help="Seed of the episode.")] = None,
-    max_turns: Annotated[
-        int | None, typer.Option(help="Most turns of the episode; by default those of the environment.")
-    ] = None,
-    option: Annotated[
-        list[str] | None,
-        typer.Option(help="Option of the environment's world, as NAME=VALUE; repeat it for several."),
-    ] = None,
+    max_turns: cli.MaxTurns = None,
+    option: cli.WorldOptions = None,
     bits: Annotated[
         int,
         typer.Option(

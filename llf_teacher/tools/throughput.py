@@ -1,23 +1,21 @@
 """Throughput of lessons in arrays, beside that of Gymnasium's CartPole in arrays."""
 
+import pickle
 import time
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable, Iterable
+from contextlib import closing
 from functools import partial
-from itertools import islice
-from multiprocessing import get_context
 from typing import Any, NamedTuple
 
 import gymnasium
-import numpy as np
 from gymnasium import spaces
 from gymnasium.vector import VectorEnv
 from rich.table import Table
 
 from llf_teacher.gym.vector import StudentVectorEnv, TeacherVectorEnv
 from llf_teacher.registry import PREFIX
-from llf_teacher.tools.benchmark.measuring import spread
-from llf_teacher.tools.benchmark.player import peak
+from llf_teacher.tools.benchmark.measuring import Call, Player, spread
+from llf_teacher.tools.benchmark.player import rate
 from llf_teacher.tools.benchmark.timings import RUNS
 from pz_envs.family import all_families
 
@@ -28,7 +26,6 @@ EPISODES = 30
 MANY = 16_384
 """Number of rows for which memory is measured."""
 _HORIZONS = 12
-_ROUND = 50  # steps whose actions are drawn at once
 
 
 class Kind(NamedTuple):
@@ -96,47 +93,14 @@ def _median(runs: int, env: VectorEnv[Any, Any, Any], steps: int) -> str:
     return spread([rate(env, steps) for _ in range(runs)])
 
 
-def rate(env: VectorEnv[Any, Any, Any], steps: int) -> float:
-    """Steps of all rows per second, in millions; drawing the actions is not timed."""
-    env.reset(seed=0)
-    env.reset()
-    env.step(next(_fresh(env)))
-    fresh = _fresh(env)
-    spent, done = 0.0, 0
-    while done < steps:
-        actions = list(islice(fresh, min(_ROUND, steps - done)))  # no action is played twice
-        begin = time.process_time()
-        for each in actions:
-            env.step(each)
-        spent += time.process_time() - begin
-        done += len(actions)
-    return done * env.num_envs / spent / 1e6
-
-
-def _fresh(env: VectorEnv[Any, Any, Any]) -> "Iterator[np.ndarray[Any, Any]]":
-    """Random actions for all rows, without end."""
-    rng, space = np.random.default_rng(0), env.single_action_space
-    while True:
-        if isinstance(space, spaces.Discrete):
-            yield rng.integers(int(space.n), size=env.num_envs)
-        else:
-            low, high = space.low, space.high  # type: ignore[attr-defined]  # the others are boxes
-            yield rng.uniform(low, high, (env.num_envs, *(space.shape or ())))
-
-
 def _memory(kind: Kind, rows: int) -> float:
     """Peak memory in a new process, in kB a row."""
-    with ProcessPoolExecutor(1, get_context("spawn")) as fresh:
-        return fresh.submit(resident, kind, rows).result()
+    with closing(Player(call_of(kind, rows))) as fresh:
+        return float(fresh.play(())[0])
 
 
-def resident(kind: Kind, rows: int) -> float:
-    """What each of so many rows adds to the peak memory of this process, in kB, over a lifetime and without a pool."""
-    peaks = []
-    for number in (1, rows):
-        env = kind.make(num_envs=number, **kind.anew or {})
-        env.reset(seed=0)
-        for actions in islice(_fresh(env), kind.horizon):
-            env.step(actions)
-        peaks.append(peak())
-    return (peaks[1] - peaks[0]) * 2**20 / rows / 1000
+def call_of(kind: Kind, rows: int, steps: int | None = None) -> Call:
+    """The work of a process that says its rate in so many steps, or without them how much memory a row takes."""
+    if steps is not None:
+        return Call("rows", (pickle.dumps(kind.make), rows, steps))
+    return Call("resident", (pickle.dumps(partial(kind.make, **kind.anew or {})), rows, kind.horizon))

@@ -6,7 +6,6 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from gymnasium import spaces
 
 from pz_envs.assembly import assemble
@@ -168,24 +167,18 @@ class CurriculumEnv(LifetimeEnv):
         if agent == CURRICULUM:
             if not self.action_spaces[CURRICULUM].contains(action):
                 raise ValueError(f"the curriculum must choose a task from 0 to {len(self.tasks) - 1}, got {action!r}")
-            self._paid(CURRICULUM, {})
+            self._pay_all(CURRICULUM, {})
             self._teach(int(action))
         else:
             self.seats.step(action)
             self._forget(agent)
-            self._paid(agent, self.seats.rewards)
+            self._pay_all(agent, self.seats.rewards)
             if agent == STUDENT:
                 self._return += self.seats.rewards[STUDENT]
             self.infos |= self.seats.infos
             self.agent_selection = self.seats.agent_selection
             self._bridge()
         self._show_masks()
-
-    def _paid(self, actor: str, rewards: Mapping[str, float]) -> None:
-        self._cumulative_rewards[actor] = 0.0
-        self.rewards = dict.fromkeys(self.agents, 0.0) | dict(rewards)
-        for agent, reward in rewards.items():
-            self._cumulative_rewards[agent] += reward
 
     def _teach(self, task: int) -> None:
         """Begin a lesson in a task."""
@@ -225,25 +218,16 @@ class CurriculumEnv(LifetimeEnv):
     def _global_states(self) -> dict[SeatsEnv, GlobalState]:
         return {room: GlobalState(self.possible_agents, room.seated, self.shared()) for room in self.rooms}
 
+    @property
+    def _global_state(self) -> GlobalState:
+        return self._global_states[self.seats]
+
     @cached_property
-    def _state_space(self) -> spaces.Box:
+    def state_space(self) -> spaces.Box:
+        """The space of `state`, the same object each time."""
         found = [each.space for each in self._global_states.values()]
         low, high = np.min([each.low for each in found], axis=0), np.max([each.high for each in found], axis=0)
         return spaces.Box(low, high, dtype=np.float32)
-
-    @property
-    def state_space(self) -> spaces.Box:
-        """The space of `state`, the same object each time."""
-        return self._state_space
-
-    @property
-    def state_fields(self) -> tuple[Field, ...]:
-        """The fields of `state`, in their order."""
-        return self._global_states[self.rooms[0]].fields
-
-    def state(self) -> npt.NDArray[np.float32]:
-        """All seats and the oracle's values as one array, float32: privileged. See `pz_envs.global_state`."""
-        return self._global_states[self.seats].of(self.agent_selection, self.agents, self.shared())
 
 
 def _way(room: TutoringEnv) -> list[Any]:
@@ -308,7 +292,11 @@ class Curriculum(Seating):
 
         if tasks is None:
             tasks = _STARTS if _plans(room({})) else _STARTS[-1:]
-        read = [_task(number, task, subject) for number, task in enumerate(_checked(tasks))]
+        if not isinstance(tasks, Sequence) or not tasks or not all(isinstance(task, Mapping) for task in tasks):
+            raise ValueError(
+                f"tasks must be a list of at least one mapping, such as [{{'ahead': 0.5}}, {{}}], got {tasks!r}"
+            )
+        read = [_task(number, task, subject) for number, task in enumerate(tasks)]
         rooms = [room(task.options) for task in read]
         for number, (task, its) in enumerate(zip(read, rooms, strict=True)):
             if task.ahead and not _plans(its):
@@ -324,14 +312,6 @@ class Curriculum(Seating):
         if episodes != 1:
             raise ValueError(f"a curriculum does not use episodes={episodes!r}; give lessons= and tests=")
         return super().seats(subject, settings, **own)
-
-
-def _checked(tasks: Any) -> Sequence[Mapping[str, Any]]:
-    if not isinstance(tasks, Sequence) or not tasks or not all(isinstance(task, Mapping) for task in tasks):
-        raise ValueError(
-            f"tasks must be a list of at least one mapping, such as [{{'ahead': 0.5}}, {{}}], got {tasks!r}"
-        )
-    return tasks
 
 
 def _task(number: int, task: Mapping[str, Any], subject: Subject) -> CurriculumTask:

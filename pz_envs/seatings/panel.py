@@ -148,15 +148,15 @@ class PanelEnv(OneSessionEnv):
         return f"{[offer.teacher for offer in self.session.offers]}"
 
     def _act(self, agent: str, action: Any) -> None:
-        nothing = dict.fromkeys(self.possible_agents, 0.0)
         if agent == STUDENT:
             reward = self.student_view.act(action)
             self.infos[STUDENT] = self.student_view.info()
-            self._pay(STUDENT, {**{each: view.reward() for each, view in self.teacher_views.items()}, STUDENT: reward})
+            rewards = {each: view.reward() for each, view in self.teacher_views.items()}
+            self._pay_all(STUDENT, {**rewards, STUDENT: reward})
             self._begin_round()
             return
         view = self.teacher_views[agent]
-        self._pay(agent, {**nothing, agent: view.act(action)})
+        self._pay_all(agent, {agent: view.act(action)})
         if self.speech == "kinds":
             self.infos[agent] = {**self.infos[agent], "trimmed": view.offer.trimmed}
         if self.session.heard:
@@ -173,12 +173,6 @@ class PanelEnv(OneSessionEnv):
             self.infos[teacher] = self.teacher_views[teacher].info()
         self.agent_selection, *waiting = order
         self._waiting: list[str] = waiting
-
-    def _pay(self, actor: str, rewards: dict[str, float]) -> None:
-        self.rewards = rewards
-        self._cumulative_rewards[actor] = 0.0
-        for agent, reward in rewards.items():
-            self._cumulative_rewards[agent] += reward
 
 
 class Panel(Seating):

@@ -7,6 +7,7 @@ from rich.console import Console
 
 from llf_teacher.registry import PREFIX
 from llf_teacher.tools import throughput
+from llf_teacher.tools.benchmark import player
 from pz_envs.family import all_families
 
 
@@ -20,7 +21,8 @@ def test_whatever_can_be_played_in_arrays_is_timed(monkeypatch):
             yield kind if kind.anew is None else kind._replace(make=partial(kind.make, pool=2))
 
     monkeypatch.setattr(throughput, "kinds", small)
-    monkeypatch.setattr(throughput, "_memory", throughput.resident)  # a process for each takes a while
+    here = lambda kind, rows: player.resident((), *throughput.call_of(kind, rows).arguments)[0]  # noqa: E731
+    monkeypatch.setattr(throughput, "_memory", here)  # a process for each takes a while
     console = Console(width=200)
     with console.capture() as captured:
         console.print(throughput.throughput(lambda name: None, rows=3, horizons=1, runs=1, many=3))

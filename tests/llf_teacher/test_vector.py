@@ -208,6 +208,16 @@ def test_seeded_starts_are_the_scalar_ones(id):
         assert batch.moment(row).after == env.session.moment.after
 
 
+@pytest.mark.parametrize("seed", [True, False])
+def test_truth_values_are_the_seeds_that_they_are_in_the_scalar_game(seed):
+    """Gymnasium takes a bool for an integer."""
+    batch, env = batch_of(GRID, 1), llf_teacher.make(GRID)
+    batch.reset(seed=seed)
+    for again in (seed, int(seed)):
+        env.reset(seed=again)
+        assert env.moment == batch.moment(0)
+
+
 @pytest.mark.parametrize("id", IDS)
 def test_a_seed_repeats_everything(id):
     def play(seed):

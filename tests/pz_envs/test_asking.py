@@ -39,6 +39,7 @@ def quiet(env):
         (Prose(), "ask", "go north"),
         (Prose(), "Thought: hm.\nResponse: Ask!", "I ask you to go north"),
         (spaces.Box(-1, 1, (2,)), {"action": np.zeros(2, "f4"), ASK: 1}, {"action": np.ones(2, "f4"), ASK: 0}),
+        (spaces.Box(-1, 1, (2,)), {"action": np.zeros(2, "f4"), ASK: 1}, (0.25, -1.0)),
     ],
 )
 def test_how_a_question_is_put(space, asking, plain_action):
@@ -125,6 +126,17 @@ def test_asking_through_gymnasium():
     assert (reward, terminated, truncated) == (-COST, False, False)
     (advice,) = info["atoms"]
     assert env.step(str(advice.claim.action))[1] == 0.0
+
+
+@pytest.mark.parametrize("id", ["llf-optimization-Booth-v0", "llf-gridworld-v0", "llf-poem-Haiku-v0"])
+@pytest.mark.parametrize("student", ["random", "obedient"])
+def test_students_that_never_ask_play_where_they_may(id, student):
+    asked, plainly = (llf_teacher.TeacherEnv(id, student=student, **more) for more in ({"ask_cost": COST}, {}))
+    for env in (asked, plainly):
+        env.reset(seed=1)
+    for _ in range(3):
+        assert asked.step(0b01000)[1:4] == plainly.step(0b01000)[1:4]
+        assert plain(asked.moment.action) == plain(plainly.moment.action)
 
 
 @pytest.mark.parametrize("speech", ["kinds", "claims"])

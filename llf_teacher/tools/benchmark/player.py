@@ -13,12 +13,13 @@ import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from functools import cache
-from itertools import chain
+from itertools import chain, islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter, process_time
 from typing import Any, NamedTuple
 
+_ROUND = 50  # steps in arrays whose actions are drawn at once
 Script = tuple[int, Sequence[Any]]
 """An episode to play: its seed, and the student's actions."""
 
@@ -154,8 +155,60 @@ def record(scripts: Sequence[Script], id: str, personality: str) -> tuple[list[s
     )
 
 
+def rows(scripts: Sequence[Script], make: bytes, number: int, steps: int) -> tuple[float]:
+    """The rate of an environment in arrays, which the pickled `make` makes of a number of rows."""
+    return (rate(_made(make, number), steps),)
+
+
+@cache
+def _made(make: bytes, number: int) -> Any:
+    return pickle.loads(make)(num_envs=number)  # noqa: S301  # of the parent process
+
+
+def rate(env: Any, steps: int) -> float:
+    """Steps of all rows per second, in millions; drawing the actions is not timed."""
+    env.reset(seed=0)
+    env.reset()
+    env.step(next(_fresh(env)))
+    fresh = _fresh(env)
+    spent, done = 0.0, 0
+    while done < steps:
+        actions = list(islice(fresh, min(_ROUND, steps - done)))  # no action is played twice
+        begin = process_time()
+        for each in actions:
+            env.step(each)
+        spent += process_time() - begin
+        done += len(actions)
+    return float(done * env.num_envs / spent / 1e6)
+
+
+def resident(scripts: Sequence[Script], make: bytes, number: int, steps: int) -> tuple[float]:
+    """What each of so many rows adds to the peak memory of this process, in kB."""
+    peaks = []
+    for count in (1, number):
+        env = _made(make, count)
+        env.reset(seed=0)
+        for actions in islice(_fresh(env), steps):
+            env.step(actions)
+        peaks.append(peak())
+    return ((peaks[1] - peaks[0]) * 2**20 / number / 1000,)
+
+
+def _fresh(env: Any) -> Iterator[Any]:
+    """Random actions for all rows, without end."""
+    import numpy as np
+
+    rng, space = np.random.default_rng(0), env.single_action_space
+    while True:
+        if hasattr(space, "n"):
+            yield rng.integers(int(space.n), size=env.num_envs)
+        else:
+            yield rng.uniform(space.low, space.high, (env.num_envs, *space.shape))
+
+
 FORMS: dict[str, Callable[..., tuple[Any, ...]]] = {
-    form.__name__: form for form in (lake, student, world, original, tictactoe, seats, teacher, study, record)
+    form.__name__: form
+    for form in (lake, student, world, original, tictactoe, seats, teacher, study, record, rows, resident)
 }
 
 

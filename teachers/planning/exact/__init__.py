@@ -32,7 +32,7 @@ from teachers.planning.exact.claims import (
     route,
     used,
 )
-from teachers.planning.exact.exploring import explore, explored
+from teachers.planning.exact.exploring import Start, explore, explored
 from teachers.planning.exact.tables import UnlistedError, table_of
 from teachers.planning.exact.worths import NOTHING, Lost, Worth, Worths
 from teachers.planning.known import Known, State, known, words_of
@@ -156,10 +156,8 @@ class Exact(Planner):
     ) -> Worths:
         """The values from a state on, with the limits and the fading of this very episode."""
         limit, share = min([turns, *time_limits(env)]), None if fading is None else fading(env)
-        find, late = explore if self.state else explored, self.gamma is not None
-        found = find(
-            env, state, turn, share or _whole, limit=limit, late=late, states=self.states, seconds=self.seconds
-        )
+        find = explore if self.state else explored
+        found = find(Start(env, state, turn, share or _whole, limit, self.gamma is not None), self.states, self.seconds)
         return self._values(limit, share, found)
 
     def _values(self, turns: int, fading: Callable[[int], float] | None, transitions: Transitions) -> Worths:

@@ -5,7 +5,7 @@ from collections.abc import Callable, Hashable, Iterable
 from itertools import count as count_up
 from itertools import islice
 from math import isfinite
-from typing import Any
+from typing import Any, NamedTuple
 
 import gymnasium
 import numpy as np
@@ -27,37 +27,44 @@ _SHOWN = 60  # characters of a state
 _CLOSE = 1e-9  # rewards that differ by less are equal
 
 
-def explored(
-    env: _Env,
-    state: State,
-    turn: int,
-    share: Callable[[int], float],
-    *,
-    limit: int,
-    late: bool,
-    states: int,
-    seconds: float,
-) -> Transitions:
+class Start(NamedTuple):
+    """Where exploring begins."""
+
+    env: _Env
+    """An environment in a state of its own; it is not changed."""
+    state: State
+    """Reads the key of an environment's state."""
+    turn: int
+    """Number of actions before that state."""
+    share: Callable[[int], float]
+    """What is paid of a reward after so many actions."""
+    limit: int
+    """Number of actions after which time is over; an environment that truncates an episode before ends it."""
+    late: bool
+    """Whether states count, too, that are reached only after so many."""
+
+
+def explored(start: Start, states: int, seconds: float) -> Transitions:
     """The same as `explore`, once for all processes: what is found is stored, and tried before it is used again.
 
     To be used with functions of ours as `state`, which the key of a stored table covers.
     """
-    key = cache.key_of(env, state(env), turn, limit, late, Contents(strict=False)(env))
+    env, state = start.env, start.state
+    key = cache.key_of(env, state(env), start.turn, start.limit, start.late, Contents(strict=False)(env))
     found = cache.load(key)
-    if found is None or len(found) > states or _disagreement(env, state, turn, share, limit, found, _PLAYED_AGAIN):
-        found = explore(env, state, turn, share, limit=limit, late=late, states=states, seconds=seconds)
+    if found is None or len(found) > states or _disagreement(start, found, _PLAYED_AGAIN):
+        found = explore(start, states, seconds)
         cache.save(key, found)
     return found
 
 
-def _disagreement(
-    env: _Env, state: State, turn: int, share: Callable[[int], float], limit: int, found: Transitions, left: int
-) -> str:
+def _disagreement(start: Start, found: Transitions, left: int) -> str:
     """What play gives that transitions do not say; empty: nothing.
 
     By walks at random of many lengths, each of which then goes the shortest way to a reward or an end: states are
     reached late, and by many ways.
     """
+    env, state, turn, share, limit, _ = start
     rng, count = np.random.default_rng(0), action_count(env)
     if any(len(row) != count or not all(len(each) <= 1 for each in row) for row in found.values()):
         return "an action has several results, or none"
@@ -121,46 +128,22 @@ class _Ways:
         return self._known[place].get(key)
 
 
-def explore(
-    env: _Env,
-    state: State,
-    turn: int,
-    share: Callable[[int], float],
-    *,
-    limit: int,
-    late: bool,
-    states: int,
-    seconds: float,
-) -> Transitions:
+def explore(start: Start, states: int, seconds: float) -> Transitions:
     """The transitions of all actions in all states that can be reached, breadth first.
 
     Args:
-        env: an environment in a state of its own; it is not changed.
-        state: reads the key of an environment's state.
-        turn: number of actions before that state.
-        share: what is paid of a reward after so many actions.
-        limit: number of actions after which time is over; an environment that truncates an episode before ends it.
-        late: whether states count, too, that are reached only after so many.
+        start: where it begins.
         states, seconds: the most states, and the most time.
 
     Raises:
         PlanningError: a bound is reached, chance decides what happens, or states of the same key differ.
     """
     with ProgressBar("exploring", "states") as bar:
-        return _explore(env, state, turn, share, limit, late, states, seconds, bar)
+        return _explore(start, states, seconds, bar)
 
 
-def _explore(
-    env: _Env,
-    state: State,
-    turn: int,
-    share: Callable[[int], float],
-    limit: int,
-    late: bool,
-    states: int,
-    seconds: float,
-    bar: ProgressBar,
-) -> Transitions:
+def _explore(start: Start, states: int, seconds: float, bar: ProgressBar) -> Transitions:
+    env, state, turn, share, limit, late = start
     count = action_count(env)
     found: dict[Hashable, list[list[Transition]]] = {}
     ended: set[Hashable] = set()
@@ -222,7 +205,7 @@ def _explore(
             if not _same(transition, found[key][action][0]):
                 raise _alike(f"action {action} led to {_said(transition)} and to {_said(found[key][action][0])}")
     whole = found | {key: [[] for _ in range(count)] for key in ended - found.keys()}
-    if differs := _disagreement(env, state, turn, share, limit, whole, _PLAYED):
+    if differs := _disagreement(start, whole, _PLAYED):
         raise _alike(differs)
     return whole
 
