@@ -105,7 +105,7 @@ def gather(into: Path) -> None:
 def add_words(folder: Path) -> None:
     """Enter the words of `words.md` into the index, at the places that it names: the search shows these first."""
     for words, links in WORDS.findall((folder / "docs" / "words.md").read_text(encoding="utf-8")):
-        entries = "".join(f"   single: ! {word}\n" for word in words.split(", "))
+        entries = "".join(f"   ! single: {word}\n" for word in words.split(", "))
         name, anchor = re.findall(r"\]\(([^)#]+)#?([^)]*)\)", links)[0]
         page = (folder / "docs" / name).resolve()
         text = page.read_text(encoding="utf-8")

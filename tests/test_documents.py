@@ -206,7 +206,7 @@ def test_the_search_finds_the_words_that_people_use(tmp_path):
         ("quickstart", "docs/quickstart/README", "# Quickstart: ten minutes"),
         ("reward", "docs/teach-your-own-environment", "## Rewards in words"),
     ):
-        before, entry, _ = (tmp_path / f"{page}.md").read_text("utf-8").partition(f"\n   single: ! {word}\n")
+        before, entry, _ = (tmp_path / f"{page}.md").read_text("utf-8").partition(f"\n   ! single: {word}\n")
         assert entry, word
         assert re.findall(r"^#+ .+$", before, re.MULTILINE)[-1] == heading
 
