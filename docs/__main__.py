@@ -83,6 +83,7 @@ def gather(into: Path) -> None:
     for path in (*into.glob("*.md"), *(into / "docs").glob("*.md")):
         text = path.read_text(encoding="utf-8")
         path.write_text(re.sub(r"(\]\((?:\.\./)?)README\.md", r"\1index.md", text), encoding="utf-8")
+    add_words(into)
     families, reference = into / "docs" / "families", into / "docs" / "reference"
     families.mkdir()
     reference.mkdir()
@@ -99,6 +100,24 @@ def gather(into: Path) -> None:
         for entry, below in entries.items():
             if names := [name for pattern in below for name in _named(pattern, into)]:
                 _add_tree(into / f"{entry}.md", into, names)
+
+
+def add_words(folder: Path) -> None:
+    """Enter the words of `words.md` into the index, at the places that it names: the search shows these first."""
+    for words, links in WORDS.findall((folder / "docs" / "words.md").read_text(encoding="utf-8")):
+        entries = "".join(f"   ! single: {word}\n" for word in words.split(", "))
+        name, anchor = re.findall(r"\]\(([^)#]+)#?([^)]*)\)", links)[0]
+        page = (folder / "docs" / name).resolve()
+        text = page.read_text(encoding="utf-8")
+        heads = {re.sub(r"[^\w -]", "", head[1]).lower().replace(" ", "-"): head.end() for head in HEADS.finditer(text)}
+        at = heads[anchor] if anchor else min(heads.values())
+        directive = f"\n```{{eval-rst}}\n.. index::\n{entries}```\n"
+        page.write_text(f"{text[:at]}{directive}{text[at:]}", encoding="utf-8")
+
+
+HEADS = re.compile(r"^#+ (.*)\n", re.MULTILINE)
+WORDS = re.compile(r"^\| ([^|`]+) \|[^|]+\| (.*\]\(.*) \|$", re.MULTILINE)
+"""A row of `words.md`: what people look for, and its pages, of which the first is meant."""
 
 
 def _named(pattern: str, folder: Path) -> list[str]:

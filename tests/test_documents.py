@@ -4,6 +4,7 @@ import importlib
 import itertools
 import re
 import runpy
+import shutil
 import tomllib
 from collections import Counter
 
@@ -188,6 +189,26 @@ def test_the_page_of_words_has_what_people_look_for():
         "seed",
     ):
         assert re.search(rf"\b{word}\b.*\]\(", words), word
+
+
+def test_the_search_finds_the_words_that_people_use(tmp_path):
+    """Each word of the page is an entry of the index, below the heading that answers."""
+    shutil.copytree(ROOT / "docs", tmp_path / "docs", ignore=shutil.ignore_patterns("*.png", "*.gif"))
+    for name in ("README", "CONTRIBUTING"):
+        shutil.copy(ROOT / f"{name}.md", tmp_path)
+    SITE["add_words"](tmp_path)
+    for word, page, heading in (
+        ("Taxi", "docs/teach-your-own-environment", "# Teach your own environment"),
+        ("oracle", "docs/questions", "## What is an oracle?"),
+        ("LLM", "docs/bring-your-agent", "## A language model"),
+        ("install", "README", "## Run it"),
+        ("FAQ", "docs/questions", "# Questions and answers (FAQ)"),
+        ("quickstart", "docs/quickstart/README", "# Quickstart: ten minutes"),
+        ("reward", "docs/teach-your-own-environment", "## Rewards in words"),
+    ):
+        before, entry, _ = (tmp_path / f"{page}.md").read_text("utf-8").partition(f"\n   ! single: {word}\n")
+        assert entry, word
+        assert re.findall(r"^#+ .+$", before, re.MULTILINE)[-1] == heading
 
 
 def test_the_readme_counts_the_personalities_and_the_known_results():

@@ -268,7 +268,7 @@ def _styled(pieces: "Iterable[tuple[str, str]]") -> Text:
 
 
 def _fitted(drawn: Text, width: int) -> Text:
-    """A map as it is, or, if it is wider than the terminal, the part around where the student is."""
+    """A map as it is, or, if it is wider than the terminal, the part around the student, and a line that says so."""
     lines = drawn.split("\n", allow_blank=True)
     here = next((span for span in drawn.spans if span.style == _STYLES["here"]), None)
     widest = max(map(len, lines))
@@ -276,7 +276,8 @@ def _fitted(drawn: Text, width: int) -> Text:
         return drawn
     middle = (here.start + here.end) // 2 - drawn.plain.rfind("\n", 0, here.start) - 1
     left = min(max(middle - width // 2, 0), widest - width)
-    return Text("\n").join(_cut(line, left, left + width) for line in lines)
+    part = f"A part of the map, which is {widest} columns wide.\n"
+    return Text("\n").join([*(_cut(line, left, left + width) for line in lines[:-1]), lines[-1]]).append(part, "dim")
 
 
 def _cut(line: Text, left: int, right: int) -> Text:

@@ -157,8 +157,18 @@ def test_nothing_is_wider_than_the_terminal_and_no_word_is_cut(family):
         )
         for columns, out in zip((80, 40), others, strict=True):
             assert max(map(len, out.splitlines())) <= columns
-            words = [word for word in out.split() if len(word) < columns // 2]
+            told = re.sub(r"A\s+part\s+of\s+the\s+map,\s+which\s+is\s+\d+\s+columns\s+wide\.", "", out)
+            words = [word for word in told.split() if len(word) < columns // 2]
             assert not {*words} - {*wide.split(), "…"}
+
+
+def test_a_map_shows_the_treasure_at_100_columns_or_says_that_it_is_cut():
+    """Seven rooms side by side."""
+    settings = (GRID, "--seat", "teacher", "--seed", "1061429465")
+    whole, cut = (play(*settings, text="q\n", COLUMNS=columns) for columns in ("100", "60"))
+    assert re.search(r"\*[a-z]+-\d\*", whole)
+    assert "A part of the map" not in whole
+    assert re.search(r"^A part of the map, which is \d\d columns wide\.$", cut, re.MULTILINE)
 
 
 @pytest.mark.parametrize("last", ["quit\n", "a first line\n:q\n"])

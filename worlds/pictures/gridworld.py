@@ -88,7 +88,12 @@ class GridworldPicture(Picture[Truth, Gridworld]):
         known = set(range(len(layout.doors))) if sight.privileged else _known(layout, been)
         at = {places[room]: room for room in sorted(known) if room in places}
         (left, top), (columns, rows) = _window(list(at), places[now])
-        width = max(len(layout.names[room]) for room in known) + 4
+        shown = sight.now.found or sight.privileged
+        widths = dict.fromkeys(range(left, left + columns), 1)  # with brackets and stars
+        for (column, row), room in at.items():
+            if column in widths and top <= row < top + rows:
+                stars = 2 * (shown and room == layout.treasure)
+                widths[column] = max(widths[column], len(layout.names[room]) + 2 + stars)
         open_doors = known if sight.privileged else been
         pieces: list[tuple[str, str]] = []
         for row in range(top, top + rows):
@@ -99,12 +104,12 @@ class GridworldPicture(Picture[Truth, Gridworld]):
                 if room >= 0:
                     name = f"[{layout.names[room]}]" if room == now else layout.names[room]
                     role = "here" if room == now else "" if room in been else "muted"
-                    if room == layout.treasure and (sight.now.found or sight.privileged):
+                    if shown and room == layout.treasure:
                         name, role = f"*{name}*", "goal"
-                pieces.append((name.center(width), role))
+                pieces.append((name.center(widths[column]), role))
                 beside, under = at.get((column + 1, row), -1), at.get((column, row + 1), -1)
-                pieces.append((" -- " if _joined(layout, open_doors, room, beside, 1) else "    ", "muted"))
-                below += ("|" if _joined(layout, open_doors, room, under, 3) else " ").center(width) + "    "
+                pieces.append(("--" if _joined(layout, open_doors, room, beside, 1) else "  ", "muted"))
+                below += ("|" if _joined(layout, open_doors, room, under, 3) else " ").center(widths[column]) + "  "
             pieces.append(("\n", ""))
             pieces.append((f"{below.rstrip()}\n", "muted"))
         return (*_trimmed(pieces), (sight.seen, ""))
