@@ -12,7 +12,8 @@ from pz_envs.learning import Learning, StateValues, check_learning
 from pz_envs.subject import Subject
 from teachers.oracle import Oracle
 from teachers.phrasebook import Phrasebook, Phrases, make_phrasebook
-from teachers.planning import Planned, Planner, parse_planner
+from teachers.planning import Planned, Planner, PlanningError, parse_planner
+from teachers.planning.known import Known, known
 from teachers.reward_oracle import RewardOracle
 from teachers.voice import Voice
 from worlds.pictures import Picture
@@ -159,7 +160,12 @@ def _planned(
     """Plan with the given environment, or with one that is made for this."""
     given = env if isinstance(env, gymnasium.Env) else env()
     with contextlib.nullcontext() if given is env else contextlib.closing(given):
-        return planner.plan(given, least([*limits_of(given), turns]), success)
+        try:
+            return planner.plan(given, least([*limits_of(given), turns]), success)
+        except PlanningError as error:
+            if unlike := (known(given) or Known()).unlike:
+                error.args = (f"{error}\nNote: {unlike}",)
+            raise
 
 
 def _checked(oracle: Any) -> Callable[[Callable[[], World[Any]]], Oracle]:

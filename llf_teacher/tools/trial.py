@@ -53,13 +53,15 @@ def facts(subject: Registered, **options: Any) -> Iterator[Line]:
     with contextlib.closing(subject.make(options)) as env:
         asked = parse_planner(oracle) if isinstance(oracle, str) else oracle
         found = survey(env, subject.turns(**options), asked)
-        named = words_of(env, known(env) or Known())
+        own = known(env) or Known()
     plan = next((plan for plan in found.values() if isinstance(plan, Planned)), None)
     for tier, said in found.items():
         if not isinstance(said, Planned):
             yield Line(tier, f"no: {said}", False)
         else:
             yield Line(tier, said.why if said.size in said.why else f"{said.why}; {said.size}", True)
+    if own.unlike:
+        yield Line("rules", own.unlike, False)
     if plan is None:
         yield Line("rewards", f"with oracle={REWARDS!r} what was paid is said in words")
         return
@@ -67,7 +69,7 @@ def facts(subject: Registered, **options: Any) -> Iterator[Line]:
     instructions, kinds = map(coded_words, types_of(subjects))
     yield Line("teacher", f"instructions {instructions}; feedback {kinds}; {subject.turns(**options):,} turns")
     yield Line("objective", plan.objective)
-    yield Line("actions", ", ".join(plan.action_words) or ", ".join(named) or "numbers")
+    yield Line("actions", ", ".join(plan.action_words) or ", ".join(words_of(env, own)) or "numbers")
     yield Line("observations", "in words" if plan.describe else "plain numbers")
     yield Line("knows", _SEEN[plan.privileged])
 

@@ -33,6 +33,7 @@ LAKE, DOOR, CART = "gym:FrozenLake-v1", "gym:MiniGrid-DoorKey-5x5-v0", "gym:Cart
 
 MODULE = '''
 import gymnasium
+import gymnasium.envs.classic_control
 
 class Corridor(gymnasium.Env):
     """Five cells with a treasure."""
@@ -72,6 +73,10 @@ class Spaceless(gymnasium.Env):
 class Failing(Corridor):
     def __init__(self):
         raise OSError("no disk")
+
+class Windy(gymnasium.envs.classic_control.CartPoleEnv):
+    def step(self, action):
+        return super().step(action)
 
 if "Own/Corridor-v0" not in gymnasium.registry:  # the module may be imported anew in one process
     gymnasium.register("Own/Corridor-v0", Corridor, max_episode_steps=9)
@@ -326,6 +331,7 @@ def test_audits_take_options():
         ),
         ("Wrong", 1, ("check_env shows it",)),
         ("Opaque", 0, ("'part' has a value of class object", "a search of at most")),
+        ("Windy", 0, ("rules         Windy overrides step, so that rules known of CartPoleEnv may not hold",)),
         ("Spaceless", 1, ("Spaceless, which lacks action_space, observation_space",)),
         ("Failing", 2, ("OSError: no disk",)),
         ("Nothing", 2, ("neither registers nor defines 'Nothing'",)),

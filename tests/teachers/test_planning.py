@@ -8,6 +8,7 @@ from typing import ClassVar
 import gymnasium
 import numpy as np
 import pytest
+from gymnasium.envs.classic_control import CartPoleEnv
 from gymnasium.envs.toy_text.blackjack import BlackjackEnv, draw_card
 from gymnasium.envs.toy_text.frozen_lake import FrozenLakeEnv
 from gymnasium.envs.toy_text.taxi import TaxiEnv
@@ -863,6 +864,20 @@ def test_a_subclass_is_not_taught_its_base():
     assert Lesson(partial(Drawn, max_steps=30), "exact").planned.tier == "exact"
     with pytest.raises(PlanningError, match="cannot be compared"):
         Lesson(partial(Constant, size=5), "exact")
+
+
+class Windy(CartPoleEnv):
+    """Has a rule of its own."""
+
+    def step(self, action):
+        return super().step(action)
+
+
+def test_a_refused_subclass_is_told_which_rules_are_not_its_own():
+    match = "Windy overrides step, so that rules known of CartPoleEnv may not hold"
+    for oracle in ("auto", "searched"):
+        with pytest.raises(PlanningError, match=f"positive rewards(.|\n)*\nNote: {match}"):
+            Lesson(Windy, oracle)
 
 
 class Toll(gymnasium.Wrapper):

@@ -20,7 +20,18 @@ from pz_envs.lesson import Lesson
 from teachers.atoms import FN, FP, HN, HP, Label, Moment
 from teachers.planning import Exact, PlanningError, Searched
 from teachers.planning.known.minigrid import _heuristic
-from teachers.planning.searched.claims import ActionsLeft, Astray, Doomed, Nearer, Next, OutOfReach, Ruin, Safe, Way
+from teachers.planning.searched.claims import (
+    ActionsLeft,
+    Astray,
+    Doomed,
+    Hold,
+    Nearer,
+    Next,
+    OutOfReach,
+    Ruin,
+    Safe,
+    Way,
+)
 from teachers.planning.searched.search import refuted, search
 from teachers.testing import Pupil, check_oracle
 from worlds.wrapped.gym_world import GymWorld
@@ -843,6 +854,19 @@ def test_where_a_replay_begins_in_another_state_there_is_no_plan():
     seat.session.world.env.unwrapped.goal = 0
     with pytest.warns(UserWarning, match="the episode cannot be replayed"):
         assert next_of(seat.reset(seed=7)[1]) is None
+
+
+def test_a_plan_is_for_the_constants_of_the_episode():
+    seat = llf_teacher.teach(mountain_car, oracle="searched")
+    _, left = next_of(seat.reset(seed=7)[1])
+    seat.session.world.env.unwrapped.force = 3e-3
+    info = seat.reset(seed=7)[1]
+    assert next_of(info)[1] < left
+    assert all(atom.claim.holds(seat.session.moment, seat.session.world.scratch()) for atom in info["atoms"])
+    seat = llf_teacher.teach(partial(gymnasium.make, "CartPole-v1"), oracle="searched")
+    assert any(type(atom.claim) is Hold for atom in seat.reset(seed=7)[1]["atoms"])
+    seat.session.world.env.unwrapped.force_mag = 0.1
+    assert not any(type(atom.claim) is Hold for atom in seat.reset(seed=7)[1]["atoms"])
 
 
 def test_a_plan_is_for_the_time_limit_of_the_episode():

@@ -346,21 +346,24 @@ def _drawn(generator: Any) -> str:
 
 def generators(env: _Env) -> list[Any]:
     """All random generators that an environment holds, wherever `parts` finds them, and its action space."""
-    return _walk(env)[0]
+    return _walk(env, [env, env.action_space])[0]  # which the class may hold
 
 
 def sealed(env: _Env) -> str:
-    """The classes of objects that an environment holds, and into which `parts` cannot look; empty if there are none."""
-    return ", ".join(sorted({each.__qualname__ for each in _walk(env)[1]}))
+    """What an environment holds and `parts` cannot look into, for people; empty if there is nothing."""
+    classes = _walk(env, [env, env.action_space])[1]
+    held = (each for layer in layers(env) for each in vars(layer).items() if classes)
+    names = (f"its attribute {name!r}" for name, part in held if _walk(env, [part], layers(env))[1])
+    return next(chain(names, (f"an object of class {each.__qualname__}" for each in classes)), "")
 
 
-def _walk(env: _Env) -> tuple[list[Any], list[type]]:
-    """The generators, and the classes of what cannot be looked into."""
+def _walk(env: _Env, roots: Iterable[Any], known: Iterable[Any] = ()) -> tuple[list[Any], list[type]]:
+    """The generators in some parts of an environment, and the classes of what cannot be looked into."""
     found: list[Any] = []
     closed: list[type] = []
     tables = (part for layer in layers(env) for name, part in vars(layer).items() if is_table(name, part))
-    seen = set(map(id, tables))  # large, and of numbers
-    queue: deque[Any] = deque([env, env.action_space])  # which the class may hold
+    seen = {*map(id, tables), *map(id, known)}  # tables are large, and of numbers
+    queue: deque[Any] = deque(roots)
     while queue:
         each = queue.popleft()
         if id(each) in seen:

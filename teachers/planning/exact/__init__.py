@@ -86,7 +86,6 @@ class Exact(Planner):
         check_steps(env)
         listed = known(env)
         own = listed or Known()
-        check_steps(env)
         try:
             transitions, look, source = table_of(env, turns, self.state is not None)
         except UnlistedError:
@@ -133,7 +132,7 @@ class Exact(Planner):
                 raise PlanningError(f"{why}; {error}") from None
         check_own_draws(env)
         if hidden := sealed(env):
-            raise PlanningError(f"it holds {hidden}, which may draw random numbers that are not seen")
+            raise PlanningError(f"{hidden}, into which Python cannot look, may draw random numbers; hold it in Python")
         if not faithful(env, copied):
             raise PlanningError(f"{why}; and {why_unlike(env)}")
         if own.fading is not None and self.gamma is not None:

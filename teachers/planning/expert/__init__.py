@@ -95,7 +95,6 @@ class Expert(Planner):
                 "no expert is known; pass oracle=Expert(policy=f) of teachers.planning, where f(observation, info) "
                 "returns an action, or a model of Stable-Baselines3"
             )
-        check_steps(env)
         least = min(_ranges(env.action_space), default=inf)
         if self.tolerance is not None and self.tolerance >= least / 2:
             raise PlanningError(
@@ -115,7 +114,7 @@ class Expert(Planner):
         )
         whose = "that is known for it" if self.policy is None else "that was given"
         chance = "nothing was found to be left to chance" if certain else f"{guide.rollouts} for each comparison"
-        chance += hidden and f", for {hidden} may draw random numbers that are not seen"
+        chance += hidden and f", for {hidden}, into which Python cannot look, may draw random numbers"
         return Planned(
             tier="expert",
             why=f"an expert {whose}, and roll-outs of at most {guide.horizon} actions ({chance})",

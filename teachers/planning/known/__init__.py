@@ -11,6 +11,7 @@ from types import FunctionType
 from typing import Any
 
 import gymnasium
+import numpy as np
 from gymnasium import spaces
 
 from teachers.planning.transitions import Transitions
@@ -48,9 +49,7 @@ class Known:
     describe: Callable[[Any], str] | None = None
     """An observation in words."""
     table: Callable[[_Env], tuple[Transitions, State, str]] | None = None
-    """All transitions, a function that reads the state of an environment, and the source in words; None: there is none,
-    or the environment has one of its own.
-    """
+    """All transitions, a reader of the state, and the source in words; None: none, or the environment has its own."""
     state: State | None = None
     """All that decides what happens but time, to explore an environment without a table."""
     fading: Callable[[_Env], Callable[[int], float]] | None = None
@@ -69,7 +68,7 @@ class Known:
     lacks: Callable[[_Env], str] | None = None
     """What the environment's own table of transitions lacks with its options, in words; empty: nothing."""
     options: Callable[[_Env], Hashable] | None = None
-    """What a table depends on, and may be changed after it was made; None: nothing."""
+    """What a table or a plan depends on, and may be changed after it was made; None: nothing."""
     heuristic: Heuristic | None = None
     """For searches: the number of actions that are left to the goal; where an episode has to last, the danger."""
     admissible: bool = False
@@ -80,6 +79,8 @@ class Known:
     """Whether a step has solved the task; see `worlds.wrapped.gym_world.GymWorld`."""
     goal: str = ""
     """What to do, as in "get to the goal"; empty: that is not known."""
+    unlike: str = ""
+    """Why rules and goal that are known of a base of the environment's class are not used; empty: they are."""
 
 
 def known(env: _Env) -> Known | None:
@@ -94,8 +95,8 @@ def known(env: _Env) -> Known | None:
             found: Known = import_module(f"{__name__}.{name}").KNOWN
             if not all(map(is_plain, layers(env))):
                 found = _without_rules(found)
-            if _overrides(env.unwrapped, cls, _HARMLESS | found.free):
-                found = replace(_without_rules(found), lasts=None, success=None, goal="")
+            if other := _other_rules(env.unwrapped, cls, _HARMLESS | found.free):
+                found = replace(_without_rules(found), lasts=None, success=None, goal="", unlike=other)
             if any(isinstance(each, gymnasium.ObservationWrapper) or not _acts(each) for each in layers(env)):
                 found = replace(found, hides=found.hides or None, describe=None, expert=None)
             return found
@@ -106,12 +107,18 @@ def _without_rules(found: Known) -> Known:
     return replace(found, table=None, state=None, fading=None, admissible=False, hides=found.hides or None)
 
 
-def _overrides(bare: _Env, base: type, free: frozenset[str]) -> bool:
-    """Whether an environment has other rules than a base of its class: by a subclass elsewhere, or patched."""
+def _other_rules(bare: _Env, base: type, free: frozenset[str]) -> str:
+    """Why rules of a base of its class may not hold: a subclass elsewhere, or patches; empty if they do."""
     mine = type(bare).__mro__
     elsewhere = [cls for cls in mine[: mine.index(base)] if _home(cls) != _home(base)]
-    names = {name for cls in elsewhere for name in vars(cls) if hasattr(base, name) and name[:2] != "__"}
-    return bool(names - free) or is_patched(bare)
+    names = {name for cls in elsewhere for name in vars(cls) if hasattr(base, name) and name[:2] != "__"} - free
+    what = ", ".join(sorted(names)) or is_patched(bare) * "a method in place"
+    return what and f"{type(bare).__name__} overrides {what}, so that rules known of {base.__name__} may not hold"
+
+
+def constants(env: _Env) -> Hashable:
+    """The attributes of an environment that are numbers or words, where steps do not change them."""
+    return tuple(each for each in vars(env.unwrapped).items() if isinstance(each[1], int | float | np.number | str))
 
 
 def is_patched(layer: Any) -> bool:

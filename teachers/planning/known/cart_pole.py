@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import solve_discrete_are
 
-from teachers.planning.known import Known
+from teachers.planning.known import Known, constants
 
 _Env = gymnasium.Env[Any, Any]
 _LASTS = 40  # actions
@@ -70,6 +70,7 @@ KNOWN = Known(
     action_words={"left": 0, "right": 1},
     describe=_describe,
     state=_state,
+    options=constants,
     heuristic=_danger,
     lasts=_LASTS,
     success=_success,

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import map_coordinates
 
-from teachers.planning.known import Known
+from teachers.planning.known import Known, constants
 
 _Env = gymnasium.Env[Any, Any]
 _Floats = npt.NDArray[np.float64]
@@ -80,6 +80,7 @@ KNOWN = Known(
     action_words={"left": 0, "coast": 1, "right": 2},
     describe=_describe,
     state=_state,
+    options=constants,
     heuristic=_heuristic,
     success=_success,
     goal="get the car to the flag on the right hill",

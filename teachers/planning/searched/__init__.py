@@ -132,7 +132,7 @@ class Searched(Planner):
         )
         if success is None:
             _check_goal(env)
-        scout = Scout(task, turns, own.goal or ("keep the episode going" if lasts else "reach the goal"))
+        scout = Scout(task, turns, own.goal or ("keep the episode going" if lasts else "reach the goal"), own.options)
         if isinstance(state, Contents) and state.counts and copies:
             world.reset(seed=0)
             check_counts(replace(task, way=Copies()), world, state.counts, turns)

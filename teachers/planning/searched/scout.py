@@ -8,6 +8,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import gymnasium
 
+from teachers.planning.known import State
 from teachers.planning.planner import PlanningError
 from teachers.planning.searched.search import SearchResult, SearchTask, arrives, search
 from worlds.wrapped.gym_world import GymWorld, Position
@@ -50,10 +51,11 @@ class Scout:
         task: what is searched for.
         horizon: the most actions of an episode.
         goal: what to do, in words.
+        rules: reads what else decides what happens, and is the same in all states of an episode; None: nothing.
     """
 
-    def __init__(self, task: SearchTask, horizon: int, goal: str) -> None:
-        self.task, self.horizon, self.goal = task, horizon, goal
+    def __init__(self, task: SearchTask, horizon: int, goal: str, rules: State | None = None) -> None:
+        self.task, self.horizon, self.goal, self._rules = task, horizon, goal, rules
         self.silences: Counter[str] = Counter()
         """The number of searches after which there is no plan, although the task may be solved, by the reason."""
         self._plans: dict[Hashable, KeptPlan] = {}
@@ -91,7 +93,7 @@ class Scout:
 
     def _key(self, env: gymnasium.Env[Any, Any]) -> Hashable:
         """All that decides what happens: an environment may have a time limit of its own, too."""
-        return self.task.state(env), time_limits(env)
+        return self.task.state(env), time_limits(env), self._rules and self._rules(env)
 
     def _next(self, plan: KeptPlan, truth: Position, action: Any, lab: GymWorld) -> KeptPlan:
         """The plan after an action: what is left of the one before, or another."""
