@@ -20,6 +20,7 @@ from pz_envs.checking import (
 from pz_envs.subject import Subject
 from pz_envs.text_mode import failure, read_exactly
 from teachers.atoms import ParseFailure
+from teachers.schema import unique_keys
 from teachers.session import LONGEST, Session
 from worlds.world import World
 
@@ -207,21 +208,14 @@ def _checked(number: int, text: str, keys: tuple[str, ...]) -> dict[str, Any]:
     if len(text) > LONGEST_LINE:
         raise ValueError(f"a line must have at most {LONGEST_LINE} characters; this one is longer")
     try:
-        line = json.loads(text, object_pairs_hook=_unique)
-    except (ValueError, RecursionError):
+        line = json.loads(text, object_pairs_hook=unique_keys)
+    except (json.JSONDecodeError, RecursionError):
         line = text.strip()
     if not isinstance(line, dict):
         raise ValueError(f"each line must be a JSON object, got {line!r:.80}")
     if strange := [key for key in line if key not in keys]:
         raise ValueError(f"the key {strange[0]!r:.80} is unknown; allowed: {', '.join(keys)}")
     return line
-
-
-def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found = dict(pairs)
-    if len(found) < len(pairs):
-        raise TypeError(f"each key must occur once, got {', '.join(key for key, _ in pairs):.80}")
-    return found
 
 
 def _subject(header: dict[str, Any]) -> tuple[str, Subject, dict[str, Any]]:
