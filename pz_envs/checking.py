@@ -1,18 +1,19 @@
 """What people and models say in an episode: its sentences are read, made into claims, and checked in the simulator."""
 
+import itertools
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any, NamedTuple
 
-from scipy.special import betaincinv
-from scipy.stats import binom
+from scipy.stats import binom, binomtest
 
 from pz_envs.reading import build_claim, make_reader, said_by
 from pz_envs.subject import Subject
 from teachers.atoms import Claim, Moment
 from teachers.oracle import Oracle
 from teachers.reading import LayeredReader, SentenceReading
+from teachers.reliability import share_of_clusters
 from teachers.schema import LONGEST_TEXT, Vocabulary, holds, sentences_of
 from worlds.world import World
 
@@ -157,7 +158,11 @@ _TOO_LONG = f"of a text at most {MOST_SENTENCES} sentences and {LONGEST_TEXT} ch
 
 
 def share_false(
-    readings: Iterable[tuple[str, bool]], right: int = READ_RIGHT, known: int = READ
+    episodes: Iterable[Iterable[tuple[str, bool]]],
+    right: int = READ_RIGHT,
+    known: int = READ,
+    *,
+    here: bool = False,
 ) -> tuple[float, float]:
     """An interval of at least 95 % for the share of a teacher's sentences that are false, by those that were read.
 
@@ -166,31 +171,39 @@ def share_false(
     at the greatest rate of errors, the end of the one-sided interval of 98.75 % of Clopper and Pearson (The use of
     confidence or fiducial limits, Biometrika 26 (1934), 404-413) for `right` of `known`. The share is lowest if the k
     texts that were called false most often were misread, and highest if those were that were called true most often.
-    Of these two shares, the outer ends of intervals of 97.5 % (Clopper and Pearson), as if each sentence were true or
-    false by itself, are the bounds, which together hold with 95 % (Bonferroni). With few texts they are near 0 and 1.
+    The bounds are the outer ends of intervals of 97.5 % for these two shares, by `share_of_clusters`, since what is
+    said in an episode may all be true or all be false; together they hold with 95 % (Bonferroni). With few texts or
+    episodes they are near 0 and 1.
 
     Sentences that a model read must not be counted here: nothing is known of its errors. The rate is that of plain
     speech; of a teacher that sets traps for the reader it may be greater.
 
     Args:
-        readings: each sentence that was read, and whether it was called false.
+        episodes: for each, or for each seed if these are the unit, the sentences that were read, with whether each was
+            called false.
         right: readings that were right, of those of different texts whose truth is known.
         known: number of those.
+        here: whether the share is that of these sentences alone, of which only the reader's errors are not known.
     """
-    called = Counter((" ".join(text.casefold().split()), false) for text, false in readings)
-    read = called.total()
-    if not read:
+    called = [Counter((" ".join(text.casefold().split()), false) for text, false in each) for each in episodes]
+    every = Counter(itertools.chain(*(each.elements() for each in called)))
+    if not every:
         return 0.0, 1.0
-    rate = _most(known - right, known, 0.9875)
-    misread = int(binom.ppf(0.9875, len({text for text, _ in called}), rate))
-    true, false = (
-        sorted((count for (_, is_false), count in called.items() if is_false is which), reverse=True)
-        for which in (False, True)
-    )
-    low, high = sum(false[misread:]), sum(false) + sum(true[:misread])
-    return 1 - _most(read - low, read, 0.9875), _most(high, read, 0.9875)
+    misread = int(binom.ppf(0.9875, len({text for text, _ in every}), _most_often(known - right, known)))
+    ends = []
+    for end in (0, 1):
+        often = Counter({text: count for (text, false), count in every.items() if false != end})
+        wrong = {text for text, _ in often.most_common(misread)}
+        found = [
+            (each.total(), sum(n for (text, false), n in each.items() if (end if text in wrong else false)))
+            for each in called
+        ]
+        share = sum(false for _, false in found) / every.total()
+        ends.append(share if here else share_of_clusters(found, 0.975)[end])
+    return ends[0], ends[1]
 
 
-def _most(count: int, of: int, level: float) -> float:
-    """The upper end of the one-sided interval of Clopper and Pearson for a share."""
-    return 1.0 if count == of else float(betaincinv(count + 1, of - count, level))
+@cache
+def _most_often(wrong: int, known: int) -> float:
+    """The greatest rate of errors; see `share_false`."""
+    return float(binomtest(wrong, known, alternative="less").proportion_ci(0.9875, "exact").high)

@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 from gymnasium import spaces
 
 from pz_envs.forms import peeled
+from teachers.schema import unique_keys
 from worlds.world import World
 
 __all__ = ["LONGEST", "TwoActions", "misnamed", "read_piece", "strict_value", "text_in", "the_one"]
@@ -282,14 +283,7 @@ def _requoted(quoted: str) -> str:
 
 
 def _json(text: str) -> Any:
-    return json.loads(text, object_pairs_hook=_object, parse_float=_finite, parse_constant=_refuse)
-
-
-def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    value = dict(pairs)
-    if len(value) < len(pairs):
-        raise ValueError("a key comes twice")
-    return value
+    return json.loads(text, object_pairs_hook=unique_keys, parse_float=_finite, parse_constant=_refuse)
 
 
 def _number(digits: str) -> int | float:

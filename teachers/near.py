@@ -83,21 +83,13 @@ class Synonyms(NamedTuple):
 @cache
 def load_synonyms(family: str) -> Synonyms:
     """The table of a family, with that of all families."""
-    words: dict[str, Sequence[str]] = {}
-    slots: dict[str, str] = {}
-    less: dict[str, Sequence[str]] = {}
-    doubts: dict[str, Sequence[str]] = {}
-    nothing: list[str] = []
-    for name in ("common", family):
-        file = resources.files("teachers.synonyms").joinpath(f"{name}.toml")
-        if file.is_file():
-            table = tomllib.loads(file.read_text(encoding="utf-8"))
-            words |= table.get("words", {})
-            slots |= table.get("slots", {})
-            less |= table.get("less", {})
-            doubts |= table.get("doubts", {})
-            nothing += table.get("nothing", ())
-    return Synonyms(words, slots, less, nothing, doubts)
+    files = (resources.files("teachers.synonyms").joinpath(f"{name}.toml") for name in ("common", family))
+    tables = [tomllib.loads(file.read_text(encoding="utf-8")) for file in files if file.is_file()]
+    mappings: dict[str, Any] = {
+        name: {key: value for table in tables for key, value in table.get(name, {}).items()}
+        for name in ("words", "slots", "less", "doubts")
+    }
+    return Synonyms(**mappings, nothing=[each for table in tables for each in table.get("nothing", ())])
 
 
 class Nearest(NamedTuple):

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-__all__ = ["FEW", "LEVEL", "Bin", "Reliability"]
+__all__ = ["FEW", "LEVEL", "Bin", "Reliability", "share_of_clusters"]
 
 LEVEL = 0.05
 """A teacher whose hedges deviate with a smaller p-value is not calibrated."""
@@ -24,6 +24,28 @@ class Bin(NamedTuple):
     """Mean of their probabilities."""
     held: float
     """Share of them that hold."""
+
+
+def share_of_clusters(clusters: Iterable[tuple[int, int]], level: float = 0.95) -> tuple[float, float]:
+    """An interval of a share, as of a survey's: what lies in a cluster, such as an episode, may be alike.
+
+    It is that of Clopper and Pearson for as many independent sentences as would vary as much (Korn and Graubard
+    1998); where all of them are such or none is, for one sentence a cluster.
+
+    Args:
+        clusters: the number of sentences of each, and how many of these are such; there must be a sentence.
+        level: confidence level.
+    """
+    from scipy.stats import beta, t
+
+    sizes = [each for each in clusters if each[0]]
+    n, m, tail = sum(size for size, _ in sizes), len(sizes), (1 - level) / 2
+    share = sum(such for _, such in sizes) / n
+    spread = math.fsum((such - share * size) ** 2 for size, such in sizes) * m / max(m - 1, 1) / n**2
+    if m > 1 and spread > 1e-12:
+        m = min(n, share * (1 - share) / spread * (t.isf(tail, n - 1) / t.isf(tail, m - 1)) ** 2)
+    ends = beta.ppf([tail, 1 - tail], [share * m, share * m + 1], [(1 - share) * m + 1, (1 - share) * m])
+    return (float(ends[0]) if share else 0.0), (float(ends[1]) if share < 1 else 1.0)
 
 
 @dataclass
@@ -70,23 +92,11 @@ class Reliability:
         )
 
     def interval(self, group: Bin) -> tuple[float, float]:
-        """The 95 % interval of the share of a bin's claims that hold, as a survey's whose clusters are episodes.
-
-        It is that of Clopper and Pearson for as many independent sentences as would vary as much (Korn and Graubard
-        1998); where all of them hold or none does, for one sentence an episode.
-        """
-        from scipy.stats import beta, t
-
+        """The 95 % interval of the share of a bin's claims that hold, by `share_of_clusters`, which are episodes."""
         found = [
             Counter({key: n for key, n in each.items() if _ten(key[0]) == _ten(group.low)}) for each in self.episodes
         ]
-        sizes = [(each.total(), sum(n for (_, held), n in each.items() if held)) for each in found if each]
-        n, m, share = group.sentences, len(sizes), group.held
-        spread = math.fsum((held - share * size) ** 2 for size, held in sizes) * m / max(m - 1, 1) / n**2
-        if m > 1 and spread > 1e-12:
-            m = min(n, share * (1 - share) / spread * (t.isf(0.025, n - 1) / t.isf(0.025, m - 1)) ** 2)
-        ends = beta.ppf([0.025, 0.975], [share * m, share * m + 1], [(1 - share) * m + 1, (1 - share) * m])
-        return (float(ends[0]) if share else 0.0), (float(ends[1]) if share < 1 else 1.0)
+        return share_of_clusters([(each.total(), sum(n for (_, held), n in each.items() if held)) for each in found])
 
     @property
     def brier(self) -> float | None:

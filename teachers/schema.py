@@ -28,6 +28,7 @@ __all__ = [
     "names_of",
     "sentences_of",
     "storable",
+    "unique_keys",
 ]
 
 
@@ -252,9 +253,10 @@ def find_message(text: str) -> Any:
     return None
 
 
-def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def unique_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """The `object_pairs_hook` of `json` that refuses an object in which a key occurs twice."""
     if len(found := dict(pairs)) < len(pairs):
-        raise ValueError("a key comes twice")
+        raise ValueError(f"each key must occur once, got {', '.join(key for key, _ in pairs):.80}")
     return found
 
 
@@ -263,7 +265,7 @@ def _refuse(constant: str) -> Any:
 
 
 _OBJECT = re.compile(r'\{(?=\s*["}])')
-_DECODER = json.JSONDecoder(object_pairs_hook=_once, parse_constant=_refuse)
+_DECODER = json.JSONDecoder(object_pairs_hook=unique_keys, parse_constant=_refuse)
 
 
 def holds(claim: Claim, moment: Moment[Any], oracle: Oracle, voice: Phrasebook | None = None) -> bool:

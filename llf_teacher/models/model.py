@@ -1,5 +1,6 @@
 """Language models by their settings: which model is asked, where and how, in one value that checks all of it."""
 
+import hashlib
 import json
 import os
 from collections.abc import Mapping
@@ -164,6 +165,15 @@ class AsksModel(Spec):
         if client.budget is not None and asked.max_tokens is None:
             raise ValueError(f"a spending limit needs a maximum length: give a number as max_tokens in {str(self)!r}")
         Cache(client.cache).close()
+
+
+def prompt_facts(texts: Mapping[str, str]) -> dict[str, Any]:
+    """Prompts by name as facts of a manifest, each with its SHA-256."""
+    return {
+        "prompts": {
+            name: {"sha256": hashlib.sha256(text.encode()).hexdigest(), "text": text} for name, text in texts.items()
+        }
+    }
 
 
 def _check_extra_body(extra: Any) -> None:

@@ -1,10 +1,9 @@
 """llm_reader: a language model that reads what a teacher says into claims."""
 
-import hashlib
 from dataclasses import dataclass
 from typing import Any
 
-from llf_teacher.models.model import AsksModel, Model
+from llf_teacher.models.model import AsksModel, Model, prompt_facts
 from llf_teacher.speakers.llm_teacher import ANSWERS, claims_form
 from teachers.schema import Vocabulary, find_message
 from teachers.spec import unknown
@@ -58,4 +57,4 @@ class LLMReader(AsksModel):
 
     def facts(self) -> dict[str, Any]:
         """The prompt with its SHA-256."""
-        return {"prompts": {"system": {"sha256": hashlib.sha256(_SYSTEM.encode()).hexdigest(), "text": _SYSTEM}}}
+        return prompt_facts({"system": _SYSTEM})

@@ -1,6 +1,5 @@
 """llm_teacher: a language model in the teacher's seat."""
 
-import hashlib
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -8,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from llf_teacher.models.model import AsksModel, Model, ModelSettings
+from llf_teacher.models.model import AsksModel, Model, ModelSettings, prompt_facts
 from llf_teacher.models.replies import Usage
 from llf_teacher.speakers.speaker import Speaker
 from teachers.atoms import FN, FP, Atom, Claim, Moment, ParseFailure, Utterance
@@ -136,12 +135,9 @@ class LLMTeacher(AsksModel, Speaker):
     extra: dict[str, Any] | None = None
 
     def __post_init__(self) -> None:
-        if self.knows not in KNOWS:
-            raise ValueError(unknown("value of knows", self.knows, KNOWS))
-        if self.says not in SAYS:
-            raise ValueError(unknown("value of says", self.says, SAYS))
-        if self.answer not in ANSWERS:
-            raise ValueError(unknown("value of answer", self.answer, ANSWERS))
+        for name, allowed in (("knows", KNOWS), ("says", SAYS), ("answer", ANSWERS)):
+            if (value := getattr(self, name)) not in allowed:
+                raise ValueError(unknown(f"value of {name}", value, allowed))
         if not isinstance(self.filter, bool) or (self.filter and self.says != "claims"):
             raise ValueError(f"filter must be False, or True with says='claims', got {self.filter!r}")
         check_range("history", self.history, 0, 1000, int)
@@ -156,9 +152,4 @@ class LLMTeacher(AsksModel, Speaker):
         prompts = {"system": _SYSTEM, "turn": _TURN + _CLAIMS}
         if self.says == "claims":
             prompts = {"system": _COMPOSE, "turn": _TURN + _CLAIMS + _DATA}
-        return {
-            "prompts": {
-                name: {"sha256": hashlib.sha256(text.encode()).hexdigest(), "text": text}
-                for name, text in prompts.items()
-            }
-        }
+        return prompt_facts(prompts)

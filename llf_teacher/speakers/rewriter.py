@@ -1,6 +1,6 @@
 """A voice that asks a language model to put each sentence of a teacher into other words."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from llf_teacher.models.model import AsksModel, Model, ModelSettings
@@ -46,16 +46,8 @@ class Rewriter(AsksModel, Wording):
     def settings(self) -> ModelSettings:
         """The settings among the fields; requests have no sampling seed."""
         prices = (*(self.prices or (None, None)), None)
-        return ModelSettings(
-            model=self.model,
-            base_url=self.base_url,
-            temperature=self.temperature,
-            max_tokens=self.max_tokens,
-            seed=False,
-            endpoint=self.endpoint,
-            input_price=prices[0],
-            output_price=prices[1],
-            cached_price=prices[2],
+        return replace(
+            super().settings, seed=False, input_price=prices[0], output_price=prices[1], cached_price=prices[2]
         )
 
     def voice(self) -> "Rewriter":

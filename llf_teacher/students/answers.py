@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
+from teachers.schema import unique_keys
 from worlds.world import World
 
 ANSWERS = ("text", "json", "tool")
@@ -83,7 +84,7 @@ def action_in(answer: str, text: str) -> tuple[str, str]:
     if answer == "text":
         return text, ""
     try:
-        value = json.loads(text, object_pairs_hook=_object)
+        value = json.loads(text, object_pairs_hook=unique_keys)
     except (ValueError, RecursionError):
         return text, ""
     if not isinstance(value, dict) or "action" not in value:
@@ -91,12 +92,6 @@ def action_in(answer: str, text: str) -> tuple[str, str]:
     action, thought = value["action"], value.get("thought")
     said = action if isinstance(action, str) else json.dumps(action, ensure_ascii=False)
     return said, thought if isinstance(thought, str) else ""
-
-
-def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    if len(dict(pairs)) < len(pairs):
-        raise ValueError("a key comes twice")
-    return dict(pairs)
 
 
 def _value(action: str) -> Any:

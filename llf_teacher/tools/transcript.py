@@ -2,6 +2,7 @@
 
 import itertools
 import json
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -20,11 +21,13 @@ from pz_envs.checking import (
 from pz_envs.subject import Subject
 from pz_envs.text_mode import failure, read_exactly
 from teachers.atoms import ParseFailure
+from teachers.schema import unique_keys
 from teachers.session import LONGEST, Session
 from worlds.world import World
 
 LONGEST_LINE, MOST_LINES = 262_144, 10_000
 """The most characters of a line, and lines of a transcript."""
+_MOST_UNREAD = 10
 LAYERS = (*ALONE, MODEL, NOT_READ)
 _HEADER = ("id", "family", "options", "seed", "max_turns", "observation", "feedback")
 _TURN = ("action", "observation", "feedback")
@@ -44,18 +47,9 @@ class TranscriptSentence(NamedTuple):
 
     def as_dict(self) -> dict[str, Any]:
         """The sentence as JSON values; the claim is empty if there is none."""
-        text, _, claim, about, outcome, candidates = self.checked
-        return {
-            "line": self.line,
-            "turn": self.turn,
-            "text": text,
-            "layer": self.layer,
-            "claim": "" if claim is None else f"{claim}",
-            "about_turn": about,
-            "holds": self.checked.holds,
-            "outcome": outcome,
-            "candidates": candidates,
-        }
+        claim = "" if self.checked.claim is None else f"{self.checked.claim}"
+        said = self.checked._asdict() | {"layer": self.layer, "claim": claim, "holds": self.checked.holds}
+        return {"line": self.line, "turn": self.turn, **said}
 
 
 class TranscriptAudit(NamedTuple):
@@ -75,13 +69,19 @@ class TranscriptAudit(NamedTuple):
         return len(mine) if holds is None else sum(each.holds is holds for each in mine)
 
     @property
-    def share(self) -> tuple[float, float, float] | None:
-        """The share of what was read without a model that is false, and its interval; see `share_false`.
+    def unread(self) -> list[tuple[str, str, int]]:
+        """The sentences that no layer read, as they were said most often: text, outcome and number; at most ten."""
+        found = Counter((each.checked.text, each.checked.outcome) for each in self.sentences if each.layer == NOT_READ)
+        return [(text, outcome, number) for (text, outcome), number in found.most_common(_MOST_UNREAD)]
 
-        None if nothing was read so.
+    @property
+    def share(self) -> tuple[float, float, float] | None:
+        """The share of what was read without a model that is false, and what it may be by errors of the reader.
+
+        See `share_false`; of other episodes it says nothing. None if nothing was read so.
         """
         read = [(each.checked.text, each.checked.holds is False) for each in self.sentences if each.layer in ALONE]
-        return (self.count(*ALONE, holds=False) / len(read), *share_false(read)) if read else None
+        return (self.count(*ALONE, holds=False) / len(read), *share_false([read], here=True)) if read else None
 
     def as_dict(self) -> dict[str, Any]:
         """The audit as JSON values."""
@@ -92,6 +92,7 @@ class TranscriptAudit(NamedTuple):
             "failures": self.failures,
             "problem": self.problem,
             "false_share": share and dict(zip(("of_read", "low", "high"), share, strict=True)),
+            "unread": [dict(zip(("text", "outcome", "number"), each, strict=True)) for each in self.unread],
             "sentences": [each.as_dict() for each in self.sentences],
         }
 
@@ -207,21 +208,14 @@ def _checked(number: int, text: str, keys: tuple[str, ...]) -> dict[str, Any]:
     if len(text) > LONGEST_LINE:
         raise ValueError(f"a line must have at most {LONGEST_LINE} characters; this one is longer")
     try:
-        line = json.loads(text, object_pairs_hook=_unique)
-    except (ValueError, RecursionError):
+        line = json.loads(text, object_pairs_hook=unique_keys)
+    except (json.JSONDecodeError, RecursionError):
         line = text.strip()
     if not isinstance(line, dict):
         raise ValueError(f"each line must be a JSON object, got {line!r:.80}")
     if strange := [key for key in line if key not in keys]:
         raise ValueError(f"the key {strange[0]!r:.80} is unknown; allowed: {', '.join(keys)}")
     return line
-
-
-def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found = dict(pairs)
-    if len(found) < len(pairs):
-        raise TypeError(f"each key must occur once, got {', '.join(key for key, _ in pairs):.80}")
-    return found
 
 
 def _subject(header: dict[str, Any]) -> tuple[str, Subject, dict[str, Any]]:

@@ -1,5 +1,6 @@
 """Transcripts from elsewhere are played again, and each sentence is checked."""
 
+import itertools
 import json
 import re
 
@@ -154,30 +155,63 @@ def test_too_many_lines(written, monkeypatch):
 
 
 def test_an_interval_is_wider_the_fewer_texts_there_are():
-    assert share_false([]) == share_false([("Go.", True)] * 100) == (0.0, 1.0)
+    assert share_false([]) == share_false([[("Go.", True)]] * 100) == (0.0, 1.0)
     alone = binomtest(10, 100).proportion_ci(0.975, "exact")  # the reader does not err
-    assert share_false([(f"{i}", i < 10) for i in range(100)], 10**7, 10**7) == pytest.approx(alone)
-    assert share_false([("Go.", True), (" go. ", False)], right=0, known=5) == (0.0, 1.0)
-    widths = [np.ptp(share_false([(f"{i % texts}", i % 2 == 0) for i in range(200)])) for texts in (2, 20, 200)]
+    read = [(f"{i}", i < 10) for i in range(100)]
+    assert share_false([[each] for each in read], 10**7, 10**7) == pytest.approx(alone, abs=0.001)
+    assert share_false([read], 10**7, 10**7, here=True) == (0.1, 0.1)
+    assert share_false([read], here=True)[0] == 0 < 0.1 < share_false([read], here=True)[1] < 0.4
+    assert share_false([[("Go.", True), (" go. ", False)]], right=0, known=5) == (0.0, 1.0)
+    widths = [np.ptp(share_false([[(f"{i % texts}", i % 2 == 0)] for i in range(200)])) for texts in (2, 20, 200)]
     assert widths == sorted(widths, reverse=True)
+
+
+@pytest.mark.parametrize("share", [0.05, 0.5])
+@pytest.mark.parametrize("episodes", [1, 5, 20])
+def test_sentences_of_an_episode_may_be_all_true_or_all_false(episodes, share, rng):
+    """If each sentence counted as an episode, the interval would contain the share too seldom."""
+    covered = apart = 0
+    for _ in range(100):
+        read = [[(f"{i} {j}", bool(lot < share)) for j in range(10)] for i, lot in enumerate(rng.random(episodes))]
+        low, high = share_false(read, 10**7, 10**7)
+        covered += low <= share <= high
+        low, high = share_false([[each] for each in itertools.chain(*read)], 10**7, 10**7)
+        apart += low <= share <= high
+    assert covered >= 0.95 * 100
+    assert apart < covered
 
 
 @pytest.mark.parametrize("texts", [1, 3, 10, 100])
 @pytest.mark.parametrize("called", [False, True, None])
 def test_a_readers_errors_are_inside_the_interval(texts, called):
-    """It errs on whole texts, as often as its bound says, and calls these sentences false, true, or as it comes."""
+    """It errs on whole texts, as often as its bound says, and calls these sentences false, true, or as it comes.
+
+    What is said in an episode is all true or all false.
+    """
     rng = np.random.default_rng(texts)
     rate = binomtest(READ - READ_RIGHT, READ, alternative="less").proportion_ci(0.975, "exact").high
     covered = 0
     for _ in range(200):
         share, often = rng.random(), rng.dirichlet(np.full(texts, 0.5))
         said = rng.choice(texts, 200, p=often)
-        false = rng.random(200) < share
+        false = np.repeat(rng.random(20) < share, 10)
         wrong = (rng.random(texts) < rate)[said]
         read = np.where(wrong, rng.random(200) < 0.5 if called is None else called, false)
-        low, high = share_false(zip(map(str, said), read.tolist(), strict=True))
+        pairs = [*zip(map(str, said), read.tolist(), strict=True)]
+        low, high = share_false(pairs[i : i + 10] for i in range(0, 200, 10))
         covered += low <= share <= high
     assert covered >= 0.95 * 200
+
+
+def test_what_was_not_read_most_often_is_named(written):
+    said = [*(f"Day {i} is nice. Good. Maybe go west." for i in range(12)), "What\x1b[1m luck. Good."]
+    path = written(*({**GRID, "feedback": "Good."}, *({"action": "south", "feedback": each} for each in said)))
+    unread = audit_transcript(path).unread
+    assert (unread[0], len(unread)) == (("Good.", "not read", 14), 10)
+    assert ("Maybe go west.", "hedged", 12) in unread
+    shown = CliRunner().invoke(app, ["audit", str(path)]).output
+    assert "not read (14): Good.\nhedged (12): Maybe go west.\nnot read (1): Day 0 is nice.\n" in shown
+    assert (shown.count("not read (1): "), "\x1b" in shown) == (8, False)
 
 
 def test_the_command_prints_a_table_or_json(written):
@@ -187,5 +221,6 @@ def test_the_command_prints_a_table_or_json(written):
     assert "line 2, turn 1: You should go south." in shown.output
     data = json.loads(CliRunner().invoke(app, ["audit", str(path), "--json"]).stdout)
     assert [each["holds"] for each in data["sentences"]] == [False, None]
+    assert data["unread"] == [{"text": "What a nice day.", "outcome": "not read", "number": 1}]
     both = CliRunner().invoke(app, ["audit", str(path), "llf-gridworld-v0"])
     assert both.exit_code

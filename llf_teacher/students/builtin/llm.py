@@ -1,6 +1,5 @@
 """llm: asks a language model; it reads and writes words."""
 
-import hashlib
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -8,7 +7,7 @@ import gymnasium
 import numpy as np
 
 from llf_teacher.models import NoAnswerError
-from llf_teacher.models.model import AsksModel, Model
+from llf_teacher.models.model import AsksModel, Model, prompt_facts
 from llf_teacher.models.replies import Answer
 from llf_teacher.students.conversation import Conversation, Message, check_options, digest_of, texts_of
 from llf_teacher.students.student import ModelReply, Student
@@ -116,12 +115,7 @@ class LLM(AsksModel, Student):
 
     def facts(self) -> dict[str, Any]:
         """The prompts, each with its SHA-256."""
-        return {
-            "prompts": {
-                name: {"sha256": hashlib.sha256(text.encode()).hexdigest(), "text": text}
-                for name, text in texts_of(self.folder).items()
-            }
-        }
+        return prompt_facts(texts_of(self.folder))
 
 
 def _with_digest(prompts: Any) -> str:

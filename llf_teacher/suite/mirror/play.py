@@ -115,10 +115,13 @@ def take(
         if not speaks_freely(parse_teacher(spec)):
             return card
         rows = [row for row in found if row["teacher"] == spec]
-        turns = [turn for row in rows for turn in results.turns(row["key"])]
-    paid = [turn["paid"] for turn in turns if turn["paid"]]
-    read = [each for turn in turns for each in turn["readings"] or () if each["layer"] in ALONE]
-    low, high = share_false((each["text"], each["holds"] is False) for each in read)
+        turns = [(row["seed"], turn) for row in rows for turn in results.turns(row["key"])]
+    paid = [turn["paid"] for _, turn in turns if turn["paid"]]
+    read: dict[int, list[tuple[str, bool]]] = {}
+    for seed, turn in turns:
+        said = [(each["text"], each["holds"] is False) for each in turn["readings"] or () if each["layer"] in ALONE]
+        read.setdefault(seed, []).extend(said)
+    low, high = share_false(read.values())
     cost = {name: sum(row[name] or 0.0 for row in rows) for name in READINGS} | {"answers": float(len(paid))}
     cost |= {"least_false": low, "most_false": high}
     usage = {name: math.fsum(each[name] or 0 for each in paid) for name in ("input_tokens", "output_tokens", "usd")}

@@ -17,8 +17,10 @@ from llf_teacher.studies.report.section import added, reads, share
 from llf_teacher.theme.turns import claim_code
 from teachers.atoms import KINDS, Label
 
-Readings = Mapping[tuple[str, str, str], Sequence[tuple[str, bool]]]
-"""By teacher, instruction type and feedback type what was read without a model, each with whether it is false."""
+Readings = Mapping[tuple[str, str, str], Mapping[int, Sequence[tuple[str, bool]]]]
+"""By teacher, instruction type and feedback type, then by seed: what was read without a model, and whether it is
+false.
+"""
 
 
 class OwnWords(NamedTuple):
@@ -89,11 +91,13 @@ def accounts(
         }
         if mine:
             reached = [each for setting, each in mine.items() if reads(setting.student) in TAUGHT]
-            read = readings.get((teacher, instruction_type, feedback_type), [])
+            read = readings.get((teacher, instruction_type, feedback_type), {})
             yield _account(teacher, list(mine.values()), share(reached, "followed", "advised"), read)
 
 
-def _account(teacher: str, mine: Sequence[Sums], uptake: float | None, read: Sequence[tuple[str, bool]]) -> Account:
+def _account(
+    teacher: str, mine: Sequence[Sums], uptake: float | None, read: Mapping[int, Sequence[tuple[str, bool]]]
+) -> Account:
     from pz_envs.checking import share_false
 
     turns = added(mine, "turns")
@@ -108,7 +112,7 @@ def _account(teacher: str, mine: Sequence[Sums], uptake: float | None, read: Seq
         words=added(mine, "words") / turns,
         parse_failures=int(added(mine, "parse_failures")),
         turns=int(turns),
-        own=own_words({name: int(added(mine, name)) for name in READINGS}, share_false(read)),
+        own=own_words({name: int(added(mine, name)) for name in READINGS}, share_false(read.values())),
     )
 
 
@@ -127,7 +131,7 @@ def _readings(data: Data) -> tuple[Readings, dict[tuple[str, str, str], FalseSen
     """By teacher, instruction type and feedback type what was read without a model, and the first false sentence."""
     from pz_envs.checking import ALONE
 
-    found: dict[tuple[str, str, str], list[tuple[str, bool]]] = defaultdict(list)
+    found: dict[tuple[str, str, str], dict[int, list[tuple[str, bool]]]] = defaultdict(lambda: defaultdict(list))
     examples: dict[tuple[str, str, str], FalseSentence] = {}
     with columns(data.store, data.planned) as there:
         for setting, seed, key in there.read():
@@ -136,7 +140,7 @@ def _readings(data: Data) -> tuple[Readings, dict[tuple[str, str, str], FalseSen
             place = setting.teacher, setting.instruction_type, setting.feedback_type
             for turn, each in ((row, each) for row in data.store.turns(key) for each in row["readings"] or ()):
                 if each["layer"] in ALONE:
-                    found[place].append((each["text"], each["holds"] is False))
+                    found[place][seed].append((each["text"], each["holds"] is False))
                 if each["holds"] is False and place not in examples:
                     code = claim_code(each, entry(setting.id).family.name)
                     examples[place] = FalseSentence(setting.id, seed, turn["turn"], each["text"], code)
