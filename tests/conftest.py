@@ -1,5 +1,6 @@
 """What all tests share."""
 
+import gc
 import os
 import tempfile
 import zlib
@@ -33,6 +34,12 @@ def rng(request):
 def pytest_collection_modifyitems(items):
     """Before pytest leaves out by marks what is not asked for."""
     mark_sizes(items, llf_teacher.__version__)
+
+
+def pytest_collection_finish():
+    """What was collected stays to the end: garbage collections need not go through it again and again."""
+    gc.collect()
+    gc.freeze()
 
 
 def pytest_sessionfinish(session):

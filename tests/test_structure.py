@@ -63,11 +63,23 @@ def own_files(family):
     return {path for path in files | packages if path.exists()}
 
 
+def parsed(root):
+    """Every module of the packages in a folder."""
+    paths = (path for package in PACKAGES for path in sorted((root / package).rglob("*.py")))
+    return {path: ast.parse(path.read_text(encoding="utf-8")) for path in paths}
+
+
 @cache
 def trees():
-    """Every module of the packages, parsed."""
-    paths = (path for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py")))
-    return {path: ast.parse(path.read_text(encoding="utf-8")) for path in paths}
+    """Those of this repository: it takes seconds to parse them."""
+    return parsed(ROOT)
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _forgotten():
+    """They take 130 MB, which no other test has to carry."""
+    yield
+    trees.cache_clear()
 
 
 @cache
@@ -194,10 +206,10 @@ def test_layers_import_downwards_only():
     assert result.returncode == 0, result.stdout + result.stderr
 
 
-def imports_of(name, path, modules):
+def imports_of(name, path, tree, modules):
     """The modules of this repository that one imports, anywhere in it; of a package the submodule that is meant."""
     package = name.split(".")[: None if path.stem == "__init__" else -1]
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names if alias.name in modules)
         elif isinstance(node, ast.ImportFrom):
@@ -207,14 +219,12 @@ def imports_of(name, path, modules):
                 yield from [module for module in (f"{source}.{alias.name}", source) if module in modules][:1]
 
 
-def import_circles(root):
+def import_circles(root, trees):
     """The circles of modules in a folder that import each other, each as a line of text."""
-    paths = {
-        ".".join(path.relative_to(root).with_suffix("").parts).removesuffix(".__init__"): path
-        for package in PACKAGES
-        for path in (root / package).rglob("*.py")
-    }
-    graph = nx.DiGraph((name, other) for name, path in paths.items() for other in imports_of(name, path, paths))
+    paths = {".".join(path.relative_to(root).with_suffix("").parts).removesuffix(".__init__"): path for path in trees}
+    graph = nx.DiGraph(
+        (name, other) for name, path in paths.items() for other in imports_of(name, path, trees[path], paths)
+    )
     for knot in nx.strongly_connected_components(graph):
         if len(knot) > 1:
             circle = [name for name, _ in nx.find_cycle(graph.subgraph(knot))]
@@ -223,7 +233,7 @@ def import_circles(root):
 
 def test_no_modules_import_each_other():
     """Neither within functions nor for types."""
-    circles = list(import_circles(ROOT))
+    circles = list(import_circles(ROOT, trees()))
     assert not circles, "\n".join(circles)
 
 
@@ -245,7 +255,7 @@ def test_a_circle_is_found(tmp_path, statement):
     (package / "__init__.py").write_text("")
     (package / "one.py").write_text(f"{statement}\n")
     (package / "other.py").write_text("from worlds import one\n")
-    (circle,) = import_circles(tmp_path)
+    (circle,) = import_circles(tmp_path, parsed(tmp_path))
     assert set(circle.split(" -> ")) == {"worlds.one", "worlds.other"}
 
 
@@ -276,8 +286,10 @@ def test_importing_loads_no_simulator():
 
 @pytest.mark.parametrize("package", PACKAGES)
 def test_every_module_says_what_it_is_for(package):
-    for path in (ROOT / package).rglob("*.py"):
-        assert ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))), path
+    modules = {path: tree for path, tree in trees().items() if path.is_relative_to(ROOT / package)}
+    assert modules
+    for path, tree in modules.items():
+        assert ast.get_docstring(tree), path
 
 
 def test_one_word_means_one_thing():
@@ -309,8 +321,7 @@ def test_the_front_doors_stub_names_what_it_gives():
 
 def test_nothing_is_executed():
     """No text ever becomes code."""
-    for package in PACKAGES:
-        for path in (ROOT / package).rglob("*.py"):
-            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-                if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
-                    assert node.func.id not in ("eval", "exec", "compile", "__import__"), f"{path}:{node.lineno}"
+    for path, tree in trees().items():
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+                assert node.func.id not in ("eval", "exec", "compile", "__import__"), f"{path}:{node.lineno}"
