@@ -76,6 +76,11 @@ def options(entry):
     return product([entry], oracle.instruction_types, given, ["oracle", "mix", "mistake"])
 
 
+@sampled(
+    lambda entry, instruction_type, feedback_type, teacher: {
+        (entry.id, each) for each in (instruction_type, str(feedback_type), teacher)
+    }
+)
 @pytest.mark.parametrize(
     ("entry", "instruction_type", "feedback_type", "teacher"),
     [case for entry in SHOWCASE for case in options(entry)],

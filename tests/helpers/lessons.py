@@ -1,6 +1,6 @@
 """Episodes of a student who is right now and then and repeats itself, and what teachers say of them."""
 
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 import pytest
@@ -33,21 +33,6 @@ def lab(name):
 
 
 @cache
-def taught(name, spec, turns=2000, feedback_type="a"):
-    """Per episode and turn the moment, the atoms of feedback and the oracle's claims."""
-    teacher = pupil(name).make_teacher(pupil(name).make_world(), spec, feedback_type=feedback_type)
-    rng = np.random.default_rng(0)
-    heard = []
-    for moments in episodes(name, turns):
-        teacher.reset(rng.spawn(1)[0])
-        heard.append([])
-        for moment in moments:
-            atoms = tuple(atom for atom in teacher.speak(moment).atoms if atom.kind is not None)
-            heard[-1].append((moment, atoms, teacher.oracle.judge(moment)))
-    return heard
-
-
-@cache
 def oracles(name, turns=2000):
     """Per episode an oracle that has begun it."""
     begun = []
@@ -56,6 +41,28 @@ def oracles(name, turns=2000):
         oracle.start(moments[0].after)
         begun.append(oracle)
     return begun
+
+
+@cache
+def truths(name, turns):
+    """Per episode and turn the oracle's claims, which are the same whatever the personality."""
+    told = zip(oracles(name, turns), episodes(name, turns), strict=True)
+    return [[oracle.judge(moment) for moment in moments] for oracle, moments in told]
+
+
+@lru_cache(
+    maxsize=2
+)  # of a hundred teachers, whose words over thousands of turns take much memory; few are asked twice
+def taught(name, spec, turns=2000, feedback_type="a"):
+    """Per episode and turn the moment, the atoms of feedback and the oracle's claims."""
+    teacher = pupil(name).make_teacher(pupil(name).make_world(), spec, feedback_type=feedback_type)
+    rng = np.random.default_rng(0)
+    heard = []
+    for moments, true in zip(episodes(name, turns), truths(name, turns), strict=True):
+        teacher.reset(rng.spawn(1)[0])
+        said = [tuple(atom for atom in teacher.speak(moment).atoms if atom.kind is not None) for moment in moments]
+        heard.append(list(zip(moments, said, true, strict=True)))
+    return heard
 
 
 def rows(name, spec, **settings):

@@ -74,13 +74,13 @@ REFUSED = [
 ]
 
 
-@pytest.mark.parametrize("text", REFUSED, ids=lambda text: repr(text[:20]))
 @pytest.mark.parametrize("name", DISCRETE)
-def test_what_is_no_action_is_refused(name, text):
+def test_what_is_no_action_is_refused(name):
     world = DISCRETE[name]
-    read = parse_action(text, world)
-    assert type(read) is ParseFailure
-    assert read.expected == world.action_syntax
+    for text in REFUSED:
+        read = parse_action(text, world)
+        assert type(read) is ParseFailure, repr(text[:20])
+        assert read.expected == world.action_syntax
 
 
 def test_the_opposite_of_a_marker_is_no_marker():
@@ -280,12 +280,13 @@ HUGE = [
 ]
 
 
-@pytest.mark.parametrize("piece", HUGE, ids=repr)
 @pytest.mark.parametrize("name", WORLDS)
-def test_a_huge_text_returns(name, piece):
-    world, text = WORLDS[name], piece * (20_000 // len(piece))
-    for answer in (text, f"Response: {text}", f"[{text}]", f"({text})", f'{{"action": {text}}}'):
-        assert type(check(answer, world)) is ParseFailure or isinstance(world.action_space, spaces.Text)
+def test_a_huge_text_returns(name):
+    world = WORLDS[name]
+    for piece in HUGE:
+        text = piece * (20_000 // len(piece))
+        for answer in (text, f"Response: {text}", f"[{text}]", f"({text})", f'{{"action": {text}}}'):
+            assert type(check(answer, world)) is ParseFailure or isinstance(world.action_space, spaces.Text), piece
 
 
 SLOW = [

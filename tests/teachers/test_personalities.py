@@ -2,7 +2,7 @@
 
 from collections import Counter
 from dataclasses import replace
-from functools import cache
+from functools import cache, lru_cache
 from itertools import combinations
 
 import numpy as np
@@ -29,13 +29,13 @@ def play(name):
     return episodes
 
 
-@cache
+@lru_cache(maxsize=50_000)
 def holds(name, claim, moment):
     """Whether it does; most of what is said is said by many personalities, and some of it takes long to check."""
     return claim.holds(moment, lab(name))
 
 
-@cache
+@lru_cache(maxsize=32)  # the words of hundreds of teachers take much memory
 def heard(name, personality="oracle", feedback_type="a", instruction_type="b", turns=TURNS):
     """What a teacher says in these episodes: per episode and turn an utterance."""
     teacher = pupil(name).make_teacher(
