@@ -204,13 +204,14 @@ def test_a_readers_errors_are_inside_the_interval(texts, called):
 
 
 def test_what_was_not_read_most_often_is_named(written):
-    said = [*(f"Day {i} is nice. Good. Maybe go west." for i in range(12)), "What\x1b[1m luck. Good."]
-    path = written(*({**GRID, "feedback": "Good."}, *({"action": "south", "feedback": each} for each in said)))
+    nice = "What a nice day."
+    said = [f"What\x1b[1m luck. {nice}", *(f"Day {i} is nice. {nice} Maybe go west." for i in range(12))]
+    path = written(*({**GRID, "feedback": nice}, *({"action": "south", "feedback": each} for each in said)))
     unread = audit_transcript(path).unread
-    assert (unread[0], len(unread)) == (("Good.", "not read", 14), 10)
+    assert (unread[0], len(unread)) == ((nice, "not read", 14), 10)
     assert ("Maybe go west.", "hedged", 12) in unread
     shown = CliRunner().invoke(app, ["audit", str(path)]).output
-    assert "not read (14): Good.\nhedged (12): Maybe go west.\nnot read (1): Day 0 is nice.\n" in shown
+    assert "not read (14): What a nice day.\nhedged (12): Maybe go west.\nnot read (1): What" in shown
     assert (shown.count("not read (1): "), "\x1b" in shown) == (8, False)
 
 
