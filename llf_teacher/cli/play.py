@@ -321,8 +321,11 @@ def _word(console: Console, lesson: "LiveLesson", explain: Callable[[], None]) -
 
     offer = lesson.teacher_view.offer
     _put(console, Text(escape_control_chars(f"{lesson.settings.teacher} would say: {offer.suggestion()}"), "dim"))
+    prompt = "What do you say? (empty: nothing)> "
+    if not lesson.rows:
+        prompt = "Your first words are the instruction, which is not checked. What do you say? (empty: the text above)> "
     while True:
-        text = console.input(f"What do you say? (empty: {'nothing' if lesson.rows else 'that'})> ")
+        text = console.input(prompt)
         command, _ = _command(text)
         if command == UNDO:
             return None

@@ -1,6 +1,7 @@
 """`llf serve`: serve the page in the browser."""
 
 import contextlib
+import errno
 import secrets
 import socket
 from pathlib import Path
@@ -74,7 +75,7 @@ def serve(
     search_here()
     key = "" if host in LOCAL else secrets.token_urlsafe(16)
     names = {*LOCAL, *(name or ())} | ({host} if key else set())
-    text = "" if consent is None else consent.read_text(encoding="utf-8")
+    text = _agreement(consent) if consent else ""
     with contextlib.ExitStack() as held:
         if store is not None:
             held.enter_context(lock_store(store))
@@ -83,10 +84,29 @@ def serve(
         terms = Terms(text, codes, not no_undo, store, sessions, 60 * idle, ids)
         app = make_app(terms, replay or (), names, key)
         family = socket.AF_INET6 if ":" in host else socket.AF_INET
-        listening = held.enter_context(socket.create_server((host, port), family=family))
+        listening = held.enter_context(_listen(host, port, family))
         shown = f"[{host}]" if ":" in host else host
         address = f"http://{shown}:{listening.getsockname()[1]}/"
         typer.echo(f"{address}?key={key}" if key else address)
         limits = ConnectionLimits(connections or default_connections())
         with contextlib.suppress(KeyboardInterrupt):
             LimitedServer(app, limits).run(sockets=[listening])
+
+
+def _agreement(path: Path) -> str:
+    """The text of a file to which people must agree."""
+    text = path.read_text(encoding="utf-8") if path.exists() else ""
+    if not text.strip():
+        why = f"{path} is empty" if path.exists() else f"there is no file {path}"
+        raise ValueError(f"--consent: {why}; give a text file with what people must agree to before they play")
+    return text
+
+
+def _listen(host: str, port: int, family: socket.AddressFamily) -> socket.socket:
+    """A socket that listens."""
+    try:
+        return socket.create_server((host, port), family=family)
+    except OSError as error:
+        if error.errno == errno.EADDRINUSE:
+            raise ValueError(f"port {port} of {host} is taken; give another --port, or 0 for a free one") from error
+        raise

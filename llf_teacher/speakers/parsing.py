@@ -8,7 +8,7 @@ from typing import Any
 
 from llf_teacher.speakers.speaker import CustomTeacher, CustomVoice, Speaker, Wording
 from teachers.personality import Personality
-from teachers.spec import Spec, SpecCall, parse_calls
+from teachers.spec import Spec, SpecCall, parse_calls, unknown
 
 SPEAKERS = {
     "llm_teacher": "llf_teacher.speakers.llm_teacher:LLMTeacher",
@@ -84,9 +84,12 @@ def parse_reader(reader: Any) -> Any:
         from llf_teacher.speakers.llm_reader import LLMReader
 
         return call.make("reader", LLMReader)
-    function = call.imported("reader")[1] if call.prefix and not (call.arguments or more) else None
-    if not callable(function):
+    if not call.prefix or call.arguments or more:
         raise ValueError(f"reader {call.path!r} is unknown; allowed: {allowed}")
+    module, function = call.imported("reader")
+    if not callable(function):
+        names = [name for name, found in vars(module).items() if callable(found) and name[0] != "_"]
+        raise ValueError(f"reader {call.path!r}: {unknown(f'function in {module.__name__}', call.name, names)}")
     return function
 
 

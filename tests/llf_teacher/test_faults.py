@@ -334,7 +334,7 @@ def played(path):
 
 
 def test_outside_of_a_terminal_progress_is_a_line_now_and_then(monkeypatch):
-    seconds = iter([100.0, 101.0, 160.0, 219.0])
+    seconds = iter([100.0, 101.0, 160.0, 219.0, 220.0])
     monkeypatch.setattr(progress_module, "time", SimpleNamespace(monotonic=lambda: next(seconds)))
     file = io.StringIO()
     with StudyProgress(Console(file=file, force_terminal=False)) as progress:
@@ -342,8 +342,10 @@ def test_outside_of_a_terminal_progress_is_a_line_now_and_then(monkeypatch):
         progress(3, 2000)
         assert file.getvalue() == ""
         progress(1500, 2000)
-        progress(1600, 2000)
-    assert file.getvalue() == "1,500 of 2,000 episodes, 25 a second\n"
+        progress(1500, 2000)
+        progress(1500, 2000)
+    lines = "1,500 of 2,000 episodes after 60 s, 25 a second\n1,500 of 2,000 episodes after 120 s, none in the last 60 s\n"
+    assert file.getvalue() == lines
 
 
 def test_on_a_terminal_progress_is_a_bar():

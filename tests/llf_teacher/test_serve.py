@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import os
 import signal
 import socket
 import subprocess
@@ -79,7 +80,8 @@ def test_beyond_this_machine_there_is_a_key():
     ("arguments", "why"),
     [
         (("--replay", "none.db"), "there is no file none.db"),
-        (("--consent", "none.txt"), "none.txt"),
+        (("--consent", "none.txt"), "--consent: there is no file none.txt; give a text file with what people must agree"),
+        (("--consent", os.devnull), f"--consent: {os.devnull} is empty; give a text file"),
         (("--host", "no.such.host.invalid"), "llf: "),
     ],
 )
@@ -88,6 +90,14 @@ def test_what_does_not_work_is_one_line(arguments, why):
     assert result.returncode == 2
     assert why in result.stderr
     assert "Traceback" not in result.stderr
+
+
+def test_a_port_that_is_taken_is_named():
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        port = other.getsockname()[1]
+        result = llf("serve", "--port", port)
+    assert result.returncode == 2
+    assert f"llf: port {port} of 127.0.0.1 is taken; give another --port, or 0 for a free one" in result.stderr
 
 
 def test_what_is_missing_is_named(monkeypatch):

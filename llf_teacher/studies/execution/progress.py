@@ -37,8 +37,9 @@ class StudyProgress:
         elif now - self._shown[0] < (_OFTEN if terminal else _SELDOM) and not (terminal and done == total):
             return
         elif not terminal:
-            rate = (done - self._shown[1]) / (now - self._shown[0])
-            self._console.print(f"{done:,} of {total:,} episodes, {rate:.3g} a second", highlight=False)
+            new, seconds = done - self._shown[1], now - self._shown[0]
+            pace = f"{new / seconds:.3g} a second" if new else f"none in the last {seconds:.0f} s"
+            self._console.print(f"{done:,} of {total:,} episodes after {now - self._began:.0f} s, {pace}", highlight=False)
         self._bar.update(self._task, completed=done, total=total)
         self._shown = now, done
 

@@ -62,7 +62,7 @@ class Account(NamedTuple):
     labels: dict[str, float]
     """Share of the claims by label; empty without claims."""
     unchecked: float | None
-    """Share of the sentences of feedback without a claim; None if nothing was said."""
+    """Sentences of feedback without a claim, as a share of these and the claims; None if nothing was said."""
     changes: int
     """Sentences in which a rewriting voice changed numbers or names."""
     uptake: float | None
