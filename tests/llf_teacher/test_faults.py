@@ -344,7 +344,9 @@ def test_outside_of_a_terminal_progress_is_a_line_now_and_then(monkeypatch):
         progress(1500, 2000)
         progress(1500, 2000)
         progress(1500, 2000)
-    lines = "1,500 of 2,000 episodes after 60 s, 25 a second\n1,500 of 2,000 episodes after 120 s, none in the last 60 s\n"
+    lines = (
+        "1,500 of 2,000 episodes after 60 s, 25 a second\n1,500 of 2,000 episodes after 120 s, none in the last 60 s\n"
+    )
     assert file.getvalue() == lines
 
 

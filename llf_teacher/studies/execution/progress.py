@@ -39,7 +39,9 @@ class StudyProgress:
         elif not terminal:
             new, seconds = done - self._shown[1], now - self._shown[0]
             pace = f"{new / seconds:.3g} a second" if new else f"none in the last {seconds:.0f} s"
-            self._console.print(f"{done:,} of {total:,} episodes after {now - self._began:.0f} s, {pace}", highlight=False)
+            self._console.print(
+                f"{done:,} of {total:,} episodes after {now - self._began:.0f} s, {pace}", highlight=False
+            )
         self._bar.update(self._task, completed=done, total=total)
         self._shown = now, done
 
