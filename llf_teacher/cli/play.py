@@ -323,9 +323,7 @@ def _word(console: Console, lesson: "LiveLesson", explain: Callable[[], None]) -
     _put(console, Text(escape_control_chars(f"{lesson.settings.teacher} would say: {offer.suggestion()}"), "dim"))
     prompt = "What do you say? (empty: nothing)> "
     if not lesson.rows:
-        prompt = (
-            "Your first words are the instruction, which is not checked. What do you say? (empty: the text above)> "
-        )
+        prompt = "Your first words are the instruction, not checked. What do you say? (empty: the text above)> "
     while True:
         text = console.input(prompt)
         command, _ = _command(text)

@@ -84,7 +84,12 @@ def serve(
         terms = Terms(text, codes, not no_undo, store, sessions, 60 * idle, ids)
         app = make_app(terms, replay or (), names, key)
         family = socket.AF_INET6 if ":" in host else socket.AF_INET
-        listening = held.enter_context(_listen(host, port, family))
+        try:
+            listening = held.enter_context(socket.create_server((host, port), family=family))
+        except OSError as error:
+            if error.errno == errno.EADDRINUSE:
+                raise ValueError(f"port {port} of {host} is taken; give another --port, or 0 for a free one") from error
+            raise
         shown = f"[{host}]" if ":" in host else host
         address = f"http://{shown}:{listening.getsockname()[1]}/"
         typer.echo(f"{address}?key={key}" if key else address)
@@ -100,13 +105,3 @@ def _agreement(path: Path) -> str:
         why = f"{path} is empty" if path.exists() else f"there is no file {path}"
         raise ValueError(f"--consent: {why}; give a text file with what people must agree to before they play")
     return text
-
-
-def _listen(host: str, port: int, family: socket.AddressFamily) -> socket.socket:
-    """A socket that listens."""
-    try:
-        return socket.create_server((host, port), family=family)
-    except OSError as error:
-        if error.errno == errno.EADDRINUSE:
-            raise ValueError(f"port {port} of {host} is taken; give another --port, or 0 for a free one") from error
-        raise

@@ -76,9 +76,7 @@ def test_the_teacher_may_speak_in_its_own_words_and_sees_what_is_understood():
     assert re.search(r"(true|false): You should go north\. Go\(action=", out)
     assert re.search(r"unchecked: .{0,10}Lovely day\. not read; nearest: ", out)
     assert "\x1b" not in out
-    assert (
-        out.count("Your first words are the instruction, which is not checked. What do you say? (empty: the text") == 1
-    )
+    assert out.count("Your first words are the instruction, not checked. What do you say? (empty: the text") == 1
     assert "What do you say? (empty: nothing)>" in out
     assert "unchecked: Hm." in out
     assert "The last turn is taken back." in out

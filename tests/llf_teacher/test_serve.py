@@ -82,7 +82,7 @@ def test_beyond_this_machine_there_is_a_key():
         (("--replay", "none.db"), "there is no file none.db"),
         (
             ("--consent", "none.txt"),
-            "--consent: there is no file none.txt; give a text file with what people must agree",
+            "--consent: there is no file none.txt; give a text file with what people",
         ),
         (("--consent", os.devnull), f"--consent: {os.devnull} is empty; give a text file"),
         (("--host", "no.such.host.invalid"), "llf: "),
