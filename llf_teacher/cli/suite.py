@@ -95,9 +95,10 @@ def suite(
 
         play = take if teacher is None else mirror.take
         found = play(subject, store, only or (), quick, key, workers, show, turn_seconds)
-    table = Table(found.scored, "score", "p", "finds", title=found.student, caption=FINDS)
-    for each in found.lines:
-        table.add_row(each.ability, each.words, each.chance, each.power)
+    heads, *rows = (row[:-1] for row in found.table())
+    table = Table(*heads, title=found.student, caption=FINDS)
+    for row in rows:
+        table.add_row(*row)
     console.print(table)
     for sentence in found.sentences():
         console.print(f"- {sentence}")

@@ -22,7 +22,7 @@ FORMATS = {".json": "as_json", ".md": "as_markdown", ".svg": "as_svg", ".html": 
 """The methods that make a card's text, by the suffix of its file."""
 FINDS = (
     "p: that the lessons compared are alike, by Holm's method; finds: the least contrast, in the unit of the scores, "
-    "that the test finds with a power of 0.8."
+    "that the test finds with a power of 0.8; beside silence: the contrast with a silent teacher, in the same unit."
 )
 """What a card says of its columns of these names."""
 _ALPHA, _HALF = 0.05, 0.5
@@ -61,9 +61,7 @@ class ScoreLine:
         """The score as text."""
         if self.score is None:
             return f"not measured: {self.why}"
-        if self.low is None or self.high is None:
-            return f"{self.score:{self.sign}.2f} (no interval: {self.why})"
-        return f"{self.score:{self.sign}.2f} [{self.low:{self.sign}.2f}, {self.high:{self.sign}.2f}]"
+        return _in_words(self.score, self.low, self.high, f" (no interval: {self.why})", self.sign)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,6 +75,14 @@ class AbilityLine(ScoreLine):
     """Where both lessons should be alike: whether they are; None elsewhere."""
     finds: float | None = None
     """The least contrast that the test finds with a power of 0.8, at the level of Holm's first step; None: none."""
+    silence: float | None = None
+    """The same contrast beside silence in place of a placebo; None where there is none."""
+    silence_low: float | None = None
+    silence_high: float | None = None
+    silence_p: float | None = None
+    """Of the test that lessons cost as much as silence, after Holm's correction among these tests."""
+    moments_p: float | None = None
+    """That the placebo costs as much as silence, likewise: when it speaks, and that it does, changes nothing."""
 
     def __post_init__(self) -> None:
         numbers = (self.score, self.low, self.high, self.p, self.finds)
@@ -84,6 +90,27 @@ class AbilityLine(ScoreLine):
             raise ValueError(f"the line {self.name} must have numbers, got {numbers}")
         if not isinstance(self.seeds, int) or (self.low is None) != (self.high is None) or 0 < self.seeds < LEAST:
             raise ValueError(f"the line {self.name} must have an interval by {LEAST} seeds at least, got {self.seeds}")
+
+    @property
+    def beside_silence(self) -> str:
+        """The contrast with silence as text; empty without one."""
+        if self.silence is None:
+            return ""
+        return f"{_in_words(self.silence, self.silence_low, self.silence_high)}, p {p_words(self.silence_p)}"
+
+    @property
+    def note(self) -> str:
+        """What happened where the student gains beside one of placebo and silence only; empty elsewhere."""
+        gains, helped = _for_certain(self), _above(self.silence_low, self.silence, self.silence_p)
+        if self.silence is None or self.score is None or gains == helped:
+            return ""
+        moments = self.silence - self.score if self.moments_p is not None and self.moments_p < _ALPHA else 0.0
+        if gains and moments < 0:
+            return "is harmed by the placebo rather than helped by the teacher"
+        if helped and moments > 0:
+            return "does better with the placebo's moments than in silence: it learns from when the teacher speaks"
+        worse, other = ("with the placebo", "in silence") if gains else ("in silence", "with the placebo")
+        return f"does better than {worse}, but not significantly better than {other}"
 
     @property
     def power(self) -> str:
@@ -135,15 +162,21 @@ class Card:
 
         Settings are `suite`, `digest`, `key` and `quick`.
         """
-        measured = [name for name, each in scores.items() if each.measured]
-        adjusted = dict(zip(measured, holm([scores[name].p for name in measured]), strict=True))
+        measured = {name: each for name, each in scores.items() if each.measured}
+        beside = {name: each for name, each in measured.items() if each.silence is not None}
+        tested = (
+            {name: each.p for name, each in measured.items()},
+            {name: each.silence.p for name, each in beside.items() if each.silence},
+            {name: each.moments_p for name, each in beside.items()},
+        )
+        adjusted = [dict(zip(p, holm([*p.values()]), strict=True)) for p in tested]
         played, failed = ([row for row in each if row[cls.role] == student] for each in (rows, lost))
         counted = ("turns", "answers", "input_tokens", "output_tokens", "usd")
         cost = {name: math.fsum(row.get(name) or 0 for row in played) for name in counted}
         return cls(
             student=student,
             lines=tuple(
-                _line(name, cls.ability_of(name), each, adjusted.get(name), len(measured))
+                _line(name, cls.ability_of(name), each, [p.get(name) for p in adjusted], len(measured))
                 for name, each in scores.items()
             ),
             cost={"episodes": float(len(played)), **cost},
@@ -154,14 +187,18 @@ class Card:
         )
 
     def sentences(self) -> list[str]:
-        """Three sentences: what it does best, what it does not do, and what was not measured."""
-        named = [each for each in self.lines if each.score is not None]
+        """Three sentences: what it does best, what it does not do, and what was not measured.
+
+        Between the first two is one for each ability of which placebo and silence say different things.
+        """
+        plain = [each for each in self.lines if each.score is not None and not each.note]
         shown = sorted(
-            (each for each in named if _for_certain(each)), key=lambda each: (each.alike is not None, -(each.low or 0))
+            (each for each in plain if _for_certain(each)), key=lambda each: (each.alike is not None, -(each.low or 0))
         )  # to be alike proves less: so are lessons that a student does not hear
         lacking = sorted(
-            (each for each in named if each.high is not None and each.high < _HALF), key=lambda e: e.high or 0
+            (each for each in plain if each.high is not None and each.high < _HALF), key=lambda e: e.high or 0
         )
+        noted = [each for each in self.lines if each.note]
         unmeasured = [each for each in self.lines if each.score is None]
         if len(unmeasured) == len(self.lines):
             return ["Nothing was measured."]
@@ -170,9 +207,11 @@ class Card:
             if shown
             else f"No {self.scored} differs significantly from none."
         ]
+        said += [f"Whether it {each.ability} was not shown: it {each.note}." for each in noted]
         weak = "; ".join(f"{each.ability} ({each.words})" for each in lacking[:3])
         less = f"Less than half of what the reference has: {weak}."
-        said.append(less if lacking else "Of what was measured it has half or more.")
+        if lacking or not noted:
+            said.append(less if lacking else "Of what was measured it has half or more.")
         names = "; ".join(each.ability for each in unmeasured)
         said.append(f"Not measured: {names}." if unmeasured else "Everything was measured.")
         return said
@@ -200,20 +239,21 @@ class Card:
             raise CardError(f"{path} was changed after it was written: its checksum does not fit; write it anew")
         return card
 
+    def table(self) -> list[list[str]]:
+        """The lines as text, below a line of heads; what is beside silence is left out where nothing is."""
+        rows = [[self.scored, "score", "p", "finds", "beside silence", "by environment"]]
+        for each in self.lines:
+            places = ", ".join(f"{place} {value:.2f}" for place, value in each.places.items())
+            rows.append([each.ability, each.words, each.chance, each.power, each.beside_silence, places])
+        silent = any(each.silence is not None for each in self.lines)
+        return [row if silent else row[:4] + row[5:] for row in rows]
+
     def as_markdown(self) -> str:
         """The card as a table, with its sentences and settings."""
-        heads = (self.scored, "score", "p", "finds", "by environment")
-        rows = [
-            (
-                f"{each.name}: {each.ability}",
-                each.words.replace("|", "with"),
-                each.chance,
-                each.power,
-                ", ".join(f"{place} {value:.2f}" for place, value in each.places.items()),
-            )
-            for each in self.lines
-        ]
-        table = [f"| {' | '.join(row)} |" for row in (heads, ("---",) * len(heads), *rows)]
+        heads, *rows = self.table()
+        rows = [[f"{each.name}: {row[0]}", *row[1:]] for each, row in zip(self.lines, rows, strict=True)]
+        cells = [[cell.replace("|", "with") for cell in row] for row in (heads, ["---"] * len(heads), *rows)]
+        table = [f"| {' | '.join(row)} |" for row in cells]
         return "\n".join([f"# `{self.student}`", "", *self.sentences(), "", *table, "", FINDS, "", self.settings(), ""])
 
     def settings(self) -> str:
@@ -292,13 +332,17 @@ def check(path: Path | str, digest: str) -> Card:
     return card
 
 
-def _line(name: str, ability: str, score: Score, p: float | None, tests: int) -> AbilityLine:
+def _line(name: str, ability: str, score: Score, p: Sequence[float | None], tests: int) -> AbilityLine:
     finds = least_effect(score.seeds, score.spread, _ALPHA / tests) if score.measured else math.inf
     numbers = {"score": score.value, "low": score.low, "high": score.high, "finds": finds}
+    silence = score.silence or Score(math.nan)
+    numbers |= {"silence": silence.value, "silence_low": silence.low, "silence_high": silence.high}
     return AbilityLine(
         name=name,
         ability=ability,
-        p=p,
+        p=p[0],
+        silence_p=p[1],
+        moments_p=p[2],
         seeds=score.seeds,
         places=dict(score.places),
         why=score.why,
@@ -322,8 +366,17 @@ def _for_certain(each: AbilityLine) -> bool:
     experiment = all_experiments().get(each.name)
     if each.low is None and experiment is not None and experiment.offset:  # p is not that of the ability
         return False
-    above = each.low if each.low is not None else each.score
-    return (above or 0) > 0 and each.p is not None and each.p < _ALPHA
+    return _above(each.low, each.score, each.p)
+
+
+def _above(low: float | None, value: float | None, p: float | None) -> bool:
+    """Whether a value is significantly above 0."""
+    return ((value if low is None else low) or 0) > 0 and p is not None and p < _ALPHA
+
+
+def _in_words(value: float, low: float | None, high: float | None, lacks: str = "", sign: str = "") -> str:
+    """A value with its interval, or with what it says without one."""
+    return f"{value:{sign}.2f}" + (lacks if low is None or high is None else f" [{low:{sign}.2f}, {high:{sign}.2f}]")
 
 
 def checksum(values: Any) -> str:

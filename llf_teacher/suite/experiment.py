@@ -12,6 +12,8 @@ from llf_teacher.suite.places import ARMS, HOUSE, OPTIONS
 
 TURNS, SEEDS = 12, 20
 """Turns of every lesson, at most, and worlds of most experiments."""
+SILENT = "silent"
+"""Spec of the teacher of the third arm, where the ability is to take notice."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,14 +55,19 @@ class Experiment:
     """Worlds of these: `same` as that of the test, or those that come `next`."""
 
     @property
+    def arms(self) -> tuple[str, ...]:
+        """The specs of the teachers whose lessons are compared."""
+        return (self.better, self.worse, *(() if self.offset else (SILENT,)))
+
+    @property
     def teachers(self) -> tuple[str, ...]:
         """The specs of all teachers, without repetition."""
-        return tuple(dict.fromkeys((self.better, self.worse, *(self.unit or ()))))
+        return tuple(dict.fromkeys((*self.arms, *(self.unit or ()))))
 
     def as_dict(self) -> dict[str, Any]:
         """All that decides a score, as JSON values."""
         values = {each.name: getattr(self, each.name) for each in fields(self)}
-        return values | {"options": {id: dict(each) for id, each in self.options.items()}}
+        return values | {"options": {id: dict(each) for id, each in self.options.items()}, "teachers": self.teachers}
 
 
 @cache

@@ -21,14 +21,14 @@ from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.limits import Limits
 from llf_teacher.studies.execution.runner import RunOptions
 from llf_teacher.suite.card import Card, checksum
-from llf_teacher.suite.experiment import TURNS, Experiment, all_experiments
+from llf_teacher.suite.experiment import SILENT, TURNS, Experiment, all_experiments
 from llf_teacher.suite.places import ARMS, HOUSE
 from llf_teacher.suite.score import LEVELS, Arms, Score, score
 from teachers.spec import unknown
 
 VERSION = "suite-v1"
 """Worlds, seeds, teachers, references and thresholds of this name never change; `digest` is that of all of them."""
-QUICK_SEEDS, QUICK_TURNS = 8, 6
+QUICK_SEEDS, QUICK_TURNS = 8, 5
 QUICK: Mapping[str, str] = MappingProxyType({"advice": HOUSE, "hints": ARMS, "silence": ARMS, "turncoat": ARMS})
 """The experiments of `quick`, each in the environment in which the reference's contrast exceeds its noise most."""
 FIRST_SEED = 500_000
@@ -209,11 +209,11 @@ def scored(experiment: Experiment, student: str, rows: Iterable[Mapping[str, Any
         lost = {seed: math.fsum(row["regrets"][experiment.since :]) for seed, row in lessons.items()}
         return np.array([lost.get(seed, np.nan) for seed in seeds])
 
-    def unread(id: str) -> float:
+    def unread(id: str, teacher: str) -> float:
         """The share of turns whose answer was no action."""
-        there = [found[id, teacher, student] for teacher in experiment.teachers if (id, teacher, student) in found]
-        turns = sum(row["turns"] for lessons in there for row in lessons.values())
-        return sum(row["parse_failures"] for lessons in there for row in lessons.values()) / turns if turns else 0.0
+        lessons = found.get((id, teacher, student), {}).values()
+        turns = sum(row["turns"] for row in lessons)
+        return sum(row["parse_failures"] for row in lessons) / turns if turns else 0.0
 
     better, worse = experiment.unit or (experiment.better, experiment.worse)
     arms = {
@@ -222,7 +222,8 @@ def scored(experiment: Experiment, student: str, rows: Iterable[Mapping[str, Any
             worse=regrets(id, experiment.worse, student),
             unit_better=regrets(id, better, experiment.reference),
             unit_worse=regrets(id, worse, experiment.reference),
-            unread=unread(id),
+            silent=None if experiment.offset else regrets(id, SILENT, student),
+            unread={teacher: unread(id, teacher) for teacher in experiment.arms},
             missing=_unable(student, id, experiment.options.get(id, {})),
         )
         for id in experiment.ids

@@ -27,8 +27,10 @@ class Arms(NamedTuple):
     unit_better: Numbers
     """By the reference, with the better teacher of the unit."""
     unit_worse: Numbers
-    unread: float = 0.0
-    """Share of the student's answers that were no actions."""
+    silent: Numbers | None = None
+    """By the student with a silent teacher; None where there is no such arm."""
+    unread: Mapping[str, float] = {}
+    """By teacher, the share of the student's answers that were no actions."""
     missing: str = ""
     """Why nothing can be played here; empty if it can."""
 
@@ -37,10 +39,12 @@ class Arms(NamedTuple):
         unit = self.unit_worse - self.unit_better
         if self.missing:
             return self.missing
-        if (lacking := np.isnan([self.better, self.worse]).any(axis=0)).any():
+        own = [self.better, self.worse, *(() if self.silent is None else (self.silent,))]
+        if (lacking := np.isnan(own).any(axis=0)).any():
             return f"{lacking.sum()} of {len(unit)} seeds failed or were not played"
-        if self.unread > UNREAD:
-            return f"{self.unread:.0%} of the answers were no actions"
+        for teacher, share in self.unread.items():
+            if share > UNREAD:
+                return f"{share:.0%} of the answers to {teacher} were no actions"
         if len(unit) < LEAST:
             return f"{len(unit)} seeds are too few; at least {LEAST} are needed"
         low = stats.ttest_1samp(unit, 0).confidence_interval(0.95).low if np.ptp(unit) else unit[0]
@@ -70,6 +74,10 @@ class Score(NamedTuple):
     """Why it was not measured, or where it was not."""
     alike: bool | None = None
     """Where both lessons should be alike: whether the interval is within the margin; None elsewhere."""
+    silence: "Score | None" = None
+    """The same contrast beside silence in place of the worse lessons; None where there is no such arm."""
+    moments_p: float = np.nan
+    """Of the test that the worse lessons cost as much as silence."""
 
     @property
     def measured(self) -> bool:
@@ -94,6 +102,17 @@ def score(arms: Mapping[str, Arms], offset: float = 0.0, margin: float | None = 
     there = {id: each for id, each in arms.items() if id not in lacking}
     if not there:
         return Score(np.nan, why=why)
+    found = _contrast(there, offset, margin)
+    found = found._replace(why="; ".join(filter(None, (why, found.why))))
+    silent = {id: each._replace(worse=each.silent) for id, each in there.items() if each.silent is not None}
+    if not silent:
+        return found
+    moments = {id: each._replace(better=there[id].worse) for id, each in silent.items()}
+    return found._replace(silence=_contrast(silent), moments_p=_contrast(moments).p)
+
+
+def _contrast(there: Mapping[str, Arms], offset: float = 0.0, margin: float | None = None) -> Score:
+    """`score` in environments in which nothing lacks."""
     sign = -1.0 if offset else 1.0
     contrasts = np.array([each.worse - each.better for each in there.values()])
     units = np.array([each.unit_worse - each.unit_better for each in there.values()])
@@ -111,6 +130,6 @@ def score(arms: Mapping[str, Arms], offset: float = 0.0, margin: float | None = 
         len(together),
         float(together.std(ddof=1)),
         {id: float(offset + sign * ratio) for id, ratio in zip(there, ratios[:, 0], strict=True)},
-        "; ".join(each for each in (why, linear.why if low != low else "") if each),  # NaN
+        linear.why if low != low else "",  # NaN
         None if margin is None else bool(1 - margin < low and high < 1 + margin),
     )

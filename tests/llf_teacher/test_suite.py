@@ -27,7 +27,7 @@ from llf_teacher.suite.experiment import ORDER
 from llf_teacher.suite.play import QUICK, chosen, seeds_of, studies_of
 from llf_teacher.suite.score import Arms, score
 
-DIGEST = "fdc92194eff36567"
+DIGEST = "87db6597fa27a951"
 
 
 def arms(better, worse, unit_better=0.0, unit_worse=10.0, n=20, noise=1.0, seed=0, **more):
@@ -80,7 +80,7 @@ def test_the_interval_has_the_noise_of_the_unit():
     [
         (arms(5, 10, unit_worse=0.0), "the reference saves nothing"),
         (arms(0.0, 0.5, noise=0.1), "nothing left to save"),
-        (arms(5, 10, unread=0.6), "60% of the answers were no actions"),
+        (arms(5, 10, unread={"any": 0.6}), "60% of the answers to any were no actions"),
         (arms(5, 10, n=4), "4 seeds are too few"),
         ({"here": Arms(*np.array([[1.0, np.nan], [2, 2], [0, 0], [5, 5]]))}, "1 of 2 seeds failed or were not played"),
     ],
@@ -96,6 +96,58 @@ def test_a_place_that_cannot_be_measured_does_not_count():
     found = score(both)
     assert list(found.places) == ["here"]
     assert "there: the reference saves nothing" in found.why
+
+
+@pytest.mark.parametrize(
+    ("taught", "placebo", "silence", "said"),
+    [
+        (2, 8, 8, "The student uses blame: 0."),
+        (2, 2, 8, "it does better with the placebo's moments than in silence: it learns from when the teacher speaks."),
+        (5, 9, 5, "it is harmed by the placebo rather than helped by the teacher."),
+        (8, 8, 8, "No ability differs significantly from none."),
+    ],
+)
+def test_an_ability_is_said_of_gains_beside_placebo_and_silence_alone(taught, placebo, silence, said):
+    losses = arms(taught, placebo)["here"]
+    silent = np.random.default_rng(1).normal(silence, 1.0, 20)
+    card = Card.of("it", {"blame": score({"here": losses._replace(silent=silent)})}, [], [], **SETTINGS)
+    (line,) = card.lines
+    assert line.silence == pytest.approx((silence - taught) / 10, abs=0.15)
+    assert any(said in each for each in card.sentences())
+    assert ("uses blame: " in card.sentences()[0]) == (placebo - taught > 5 < silence)
+    assert line.beside_silence in card.as_markdown()
+
+
+def test_gains_that_are_not_significant_beside_silence_are_said_so():
+    losses = arms(5, 7)["here"]
+    noisy = losses.better + np.random.default_rng(1).normal(1.0, 9.0, 20)
+    card = Card.of("it", {"blame": score({"here": losses._replace(silent=noisy)})}, [], [], **SETTINGS)
+    assert "does better than with the placebo, but not significantly better than in silence" in card.sentences()[1]
+
+
+SETTINGS = {"suite": "suite-v1", "digest": "", "key": "", "quick": False}
+
+
+class Puzzled:
+    """An agent that acts by chance, and has no action once it heard a text without a word of the task."""
+
+    text = True
+
+    def reset(self, rng):
+        self._rng, self._lost = rng, False
+
+    def act(self, observation, info):
+        said = observation["feedback"]
+        self._lost |= bool(said) and not re.search(r"arm|north|east|south|west|could not read", said)
+        house = "treasure" in observation["instruction"]
+        chance = ["north", "east", "south", "west"][self._rng.integers(4)] if house else f"{self._rng.integers(10)}"
+        return "Interesting." if self._lost else f"Response: {chance}"
+
+
+def test_a_student_that_answers_the_placebo_alone_in_prose_is_not_measured(store):
+    (line,) = take(Puzzled, store, ["advice"], quick=True, workers=1).lines
+    assert line.score is None
+    assert re.search(r"\d\d% of the answers to only\(kinds='fp'\) \| placebo were no actions", line.why)
 
 
 @pytest.fixture(scope="module")
@@ -161,7 +213,7 @@ def test_of_own_code_the_command_says_what_it_cannot_know_and_failed_episodes_en
     assert (first.returncode, second.returncode) == (3, 3)
     assert "If your code has changed" not in first.stderr
     assert "If your code has changed" in second.stderr
-    assert "32 episodes failed" in " ".join(second.stdout.split()) + " ".join(second.stderr.split())
+    assert "48 episodes failed" in " ".join(second.stdout.split()) + " ".join(second.stderr.split())
 
 
 def test_a_student_that_draws_worlds_is_left_out_where_it_cannot(store):
@@ -221,8 +273,8 @@ class Flaky:
 def test_what_failed_is_played_again_and_nothing_else(tmp_path):
     with pytest.warns(RuntimeWarning, match="failed"):
         first = take(Flaky, tmp_path / "it.db", ["advice"], quick=True, workers=1)
-    assert 0 < first.cost["episodes"] < 32
-    assert first.cost["episodes"] + first.failures == 32
+    assert 0 < first.cost["episodes"] < 48
+    assert first.cost["episodes"] + first.failures == 48
     Flaky.broken, Flaky.acts = False, 0
     second = take(Flaky, tmp_path / "it.db", ["advice"], quick=True, workers=1)
     assert second.lines[0].score == pytest.approx(0, abs=0.2)
@@ -241,7 +293,7 @@ def test_an_agent_that_hangs_is_not_measured(tmp_path):
 def test_an_agent_that_answers_nonsense_is_not_measured(tmp_path):
     card = take(chat_student(lambda prompt: "I would rather not."), tmp_path / "it.db", ["advice"], True, workers=1)
     assert card.failures == 0
-    assert "100% of the answers were no actions" in card.lines[0].why
+    assert "100% of the answers to only(kinds='fp') were no actions" in card.lines[0].why
 
 
 def test_a_family_that_is_not_installed_does_not_count(store, monkeypatch):
@@ -295,21 +347,21 @@ def test_the_command(store, tmp_path):
     result = CliRunner().invoke(app, [*command, "--card", f"{tmp_path / 'card.md'}"])
     assert result.exit_code == 0, result.output
     assert "takes advice" in (tmp_path / "card.md").read_text()
-    assert "at most 32 episodes, 192 turns" in result.output
+    assert "at most 48 episodes, 240 turns" in result.output
 
 
 MODEL = "llm(model='m', base_url='http://127.0.0.1:9/v1', max_tokens=10{})"
 
 
 def test_an_estimate_is_of_what_would_be_played():
-    """Two teachers and two environments with 8 seeds of 6 turns; only a model with prices has a price."""
+    """Three teachers and two environments with 8 seeds of 5 turns; only a model with prices has a price."""
     plain = estimate("obedient", ["advice"], quick=True)
-    assert (plain.episodes, plain.turns, plain.input_tokens, plain.usd) == (32, 192, None, None)
+    assert (plain.episodes, plain.turns, plain.input_tokens, plain.usd) == (48, 240, None, None)
     model = estimate(MODEL.format(""), ["advice"], quick=True)
-    assert model.output_tokens == 192 * 10
+    assert model.output_tokens == 240 * 10
     assert model.usd is None
     priced = estimate(MODEL.format(", input_price=2.0, output_price=3.0") + " | stubborn", ["advice"], quick=True)
-    assert priced.usd == pytest.approx((model.input_tokens * 2 + 1920 * 3) / 1e6)
+    assert priced.usd == pytest.approx((model.input_tokens * 2 + 2400 * 3) / 1e6)
     shorter = estimate(MODEL.format(", history=1"), ["advice"], quick=True)
     assert 0 < shorter.input_tokens < model.input_tokens
 
