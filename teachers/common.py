@@ -675,6 +675,10 @@ def _acted(action: Any, moment: Moment[Any]) -> bool:
 _TRIES = 5
 _EQUAL = 1e-9  # values that differ by less differ by rounding
 FACTS = (
+    "ice melts",
+    "rain falls",
+    "fire burns",
+    "time passes",
     "ice is cold",
     "a week has seven days",
     "the sun rises in the east",
@@ -688,4 +692,4 @@ FACTS = (
     "an orchestra has strings, woodwinds, brass and percussion, and a conductor who leads them",
     "paper is made from wood, and wood comes from trees, which need light and water to grow",
 )
-"""True, useless sentences of 3 to 17 words, by length."""
+"""True, useless sentences of 2 to 17 words, by length."""

@@ -254,7 +254,7 @@ def test_the_check_of_the_mirror_finds_what_is_wrong(monkeypatch):
 @pytest.mark.full
 def test_suite_endpoint(tmp_path):
     out = printed("suite_endpoint", "--card", tmp_path / "card.html")
-    assert "at most 64 episodes, 384 turns" in out
+    assert "at most 80 episodes, 400 turns" in out
     assert "The student takes advice" in out
-    assert re.search(r"37\d answers, \d+ tokens in, \d+ out, 0\.1\d+ USD", out)
+    assert re.search(r"39\d answers, \d+ tokens in, \d+ out, 0\.1\d+ USD", out)
     assert (tmp_path / "card.html").stat().st_size > 10_000

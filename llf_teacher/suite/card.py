@@ -7,9 +7,9 @@ import math
 import platform
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields, is_dataclass
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Self, get_args, get_origin, get_type_hints
 
 import llf_teacher
 from llf_teacher.studies.analysis.power import least_effect
@@ -26,6 +26,12 @@ FINDS = (
 )
 """What a card says of its columns of these names."""
 _ALPHA, _HALF = 0.05, 0.5
+_COUNTED = ("episodes", "turns", "answers", "input_tokens", "output_tokens", "usd")
+_MOST = 1e12
+_RANGES = dict.fromkeys(("seeds", "finds", "cost", "failures"), (0.0, _MOST))
+_RANGES |= {"p": (0.0, 1.0), "moments_p": (0.0, 1.0)}
+"""By field of a card, the least and the greatest number; other numbers may be negative."""
+_KINDS = {str: "a text", bool: "true or false", int: "an integer", float: "a number"}
 
 
 class CardError(ValueError):
@@ -61,7 +67,15 @@ class ScoreLine:
         """The score as text."""
         if self.score is None:
             return f"not measured: {self.why}"
-        return _in_words(self.score, self.low, self.high, f" (no interval: {self.why})", self.sign)
+        if self.low is None or self.high is None:
+            return f"{self.score:{self.sign}.2f} (no interval: {self.why})"
+        return f"{self.score:{self.sign}.2f} [{self.low:{self.sign}.2f}, {self.high:{self.sign}.2f}]"
+
+    @property
+    def above(self) -> bool:
+        """Whether the score is significantly above 0."""
+        least = self.score if self.low is None else self.low
+        return (least or 0) > 0 and self.p is not None and self.p < _ALPHA
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,41 +89,23 @@ class AbilityLine(ScoreLine):
     """Where both lessons should be alike: whether they are; None elsewhere."""
     finds: float | None = None
     """The least contrast that the test finds with a power of 0.8, at the level of Holm's first step; None: none."""
-    silence: float | None = None
-    """The same contrast beside silence in place of a placebo; None where there is none."""
-    silence_low: float | None = None
-    silence_high: float | None = None
-    silence_p: float | None = None
-    """Of the test that lessons cost as much as silence, after Holm's correction among these tests."""
+    silence: ScoreLine | None = None
+    """The same contrast beside silence in place of a placebo, with p after Holm's correction among these tests."""
     moments_p: float | None = None
     """That the placebo costs as much as silence, likewise: when it speaks, and that it does, changes nothing."""
-
-    def __post_init__(self) -> None:
-        numbers = (self.score, self.low, self.high, self.p, self.finds)
-        if not all(each is None or isinstance(each, int | float) for each in numbers):
-            raise ValueError(f"the line {self.name} must have numbers, got {numbers}")
-        if not isinstance(self.seeds, int) or (self.low is None) != (self.high is None) or 0 < self.seeds < LEAST:
-            raise ValueError(f"the line {self.name} must have an interval by {LEAST} seeds at least, got {self.seeds}")
-
-    @property
-    def beside_silence(self) -> str:
-        """The contrast with silence as text; empty without one."""
-        if self.silence is None:
-            return ""
-        return f"{_in_words(self.silence, self.silence_low, self.silence_high)}, p {p_words(self.silence_p)}"
 
     @property
     def note(self) -> str:
         """What happened where the student gains beside one of placebo and silence only; empty elsewhere."""
-        gains, helped = _for_certain(self), _above(self.silence_low, self.silence, self.silence_p)
-        if self.silence is None or self.score is None or gains == helped:
+        if self.silence is None or self.above == self.silence.above:
             return ""
-        moments = self.silence - self.score if self.moments_p is not None and self.moments_p < _ALPHA else 0.0
-        if gains and moments < 0:
+        moments = self.moments_p is not None and self.moments_p < _ALPHA
+        more = (self.silence.score or 0) > (self.score or 0)  # the placebo costs less than silence
+        if moments and self.above and not more:
             return "is harmed by the placebo rather than helped by the teacher"
-        if helped and moments > 0:
+        if moments and more and not self.above:
             return "does better with the placebo's moments than in silence: it learns from when the teacher speaks"
-        worse, other = ("with the placebo", "in silence") if gains else ("in silence", "with the placebo")
+        worse, other = ("with the placebo", "in silence") if self.above else ("in silence", "with the placebo")
         return f"does better than {worse}, but not significantly better than {other}"
 
     @property
@@ -163,16 +159,12 @@ class Card:
         Settings are `suite`, `digest`, `key` and `quick`.
         """
         measured = {name: each for name, each in scores.items() if each.measured}
-        beside = {name: each for name, each in measured.items() if each.silence is not None}
-        tested = (
-            {name: each.p for name, each in measured.items()},
-            {name: each.silence.p for name, each in beside.items() if each.silence},
-            {name: each.moments_p for name, each in beside.items()},
-        )
+        silent = {name: each.silence.p for name, each in measured.items() if each.silence}
+        moments = {name: scores[name].moments_p for name in silent}
+        tested = ({name: each.p for name, each in measured.items()}, silent, moments)
         adjusted = [dict(zip(p, holm([*p.values()]), strict=True)) for p in tested]
         played, failed = ([row for row in each if row[cls.role] == student] for each in (rows, lost))
-        counted = ("turns", "answers", "input_tokens", "output_tokens", "usd")
-        cost = {name: math.fsum(row.get(name) or 0 for row in played) for name in counted}
+        cost = {name: math.fsum(row.get(name) or 0 for row in played) for name in _COUNTED[1:]}
         return cls(
             student=student,
             lines=tuple(
@@ -229,13 +221,17 @@ class Card:
             CardError: it is none, or was changed.
         """
         try:
-            values = json.loads(Path(path).read_text(encoding="utf-8"))
-            was = values.pop("checksum")
-            lines = tuple(AbilityLine(**each) for each in values["lines"])
-            card = cls(**values | {"lines": lines})
-        except (OSError, UnicodeDecodeError, ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+            values = json.loads(Path(path).read_text(encoding="utf-8-sig"))
+            if not isinstance(values, dict) or "checksum" not in values:
+                raise ValueError("it has no checksum")
+            whole = values.pop("checksum") == checksum(values)
+            if whole:
+                card: Self = _read(cls, values, "card")
+                if why := _impossible(card):
+                    raise ValueError(why)
+        except (OSError, ValueError, RecursionError) as error:
             raise CardError(f"{path} is no card of the suite: {error}; `llf suite --card` writes one") from None
-        if was != checksum(values):
+        if not whole:
             raise CardError(f"{path} was changed after it was written: its checksum does not fit; write it anew")
         return card
 
@@ -244,7 +240,8 @@ class Card:
         rows = [[self.scored, "score", "p", "finds", "beside silence", "by environment"]]
         for each in self.lines:
             places = ", ".join(f"{place} {value:.2f}" for place, value in each.places.items())
-            rows.append([each.ability, each.words, each.chance, each.power, each.beside_silence, places])
+            silence = f"{each.silence.words}, p {each.silence.chance}" if each.silence else ""
+            rows.append([each.ability, each.words, each.chance, each.power, silence, places])
         silent = any(each.silence is not None for each in self.lines)
         return [row if silent else row[:4] + row[5:] for row in rows]
 
@@ -329,26 +326,75 @@ def check(path: Path | str, digest: str) -> Card:
             f"{path} is of {card.suite} with the digest {card.digest}, this release has {digest}: "
             "their scores cannot be compared; take the suite again"
         )
+    from llf_teacher.suite import mirror, play  # which import this module
+
+    known: Mapping[str, Any] = {play.VERSION: all_experiments(), mirror.VERSION: mirror.all_qualities()}
+    if card.suite not in known:
+        raise CardError(f"{path}: {unknown('suite', card.suite, known)}")
+    abilities = [f"{name}: {each.ability}" for name, each in known[card.suite].items()]
+    for line in (f"{each.name}: {each.ability}" for each in card.lines):
+        if line not in abilities:
+            raise CardError(f"{path}: {unknown('line', line, abilities)}")
     return card
+
+
+def _read(type_: Any, value: Any, where: str, ends: tuple[float, float] = (-_MOST, _MOST)) -> Any:
+    """A JSON value as one of the type of a card's field, numbers between ends; a ValueError says what is wrong."""
+    origin, inner, made = get_origin(type_), get_args(type_), is_dataclass(type_)
+    if type(None) in inner:
+        return None if value is None else _read(inner[0], value, where, ends)
+    if isinstance(value, dict) and made:
+        if odd := sorted({*value} ^ {each.name for each in fields(type_)}):
+            raise ValueError(f"{where}: missing or unknown: {', '.join(odd)}")
+        read = ((name, hint, _RANGES.get(name, ends)) for name, hint in get_type_hints(type_).items() if name in value)
+        return type_(**{name: _read(hint, value[name], f"{where}.{name}", own) for name, hint, own in read})
+    if isinstance(value, dict) and origin is Mapping:
+        return {name: _read(inner[1], each, f"{where}.{name}", ends) for name, each in value.items()}
+    if isinstance(value, list) and origin is Sequence:
+        return tuple(_read(inner[0], each, f"{where}[{i}]", ends) for i, each in enumerate(value))
+    if type(value) is not type_ and not (type_ is float and type(value) is int):
+        kind = _KINDS.get(type_, "a list" if origin is Sequence else "an object")
+        raise ValueError(f"{where} must be {kind}, got {value!r:.40}")
+    if type_ in (int, float) and not ends[0] <= value <= ends[1]:
+        raise ValueError(f"{where} must be from {ends[0]:g} to {ends[1]:g}, got {value!r:.40}")
+    return value
+
+
+def _impossible(card: Card) -> str:
+    """Why a card cannot be, though its values have the right types; empty if it can."""
+    names = [each.name for each in card.lines]
+    if not names or len({*names}) < len(names):
+        return f"it must have lines of different names, got {', '.join(names) or 'none'}"
+    if lacking := sorted({*_COUNTED} - {*card.cost}):
+        return f"its cost lacks {', '.join(lacking)}"
+    for each in card.lines:
+        for part in filter(None, (each, each.silence)):
+            there = [end for end in (part.low, part.score, part.high) if end is not None]
+            if len(there) == 2 or there != sorted(there):
+                return f"the line {each.name} must have a score in its interval, got {', '.join(map(str, there))}"
+        if each.score is not None and each.seeds < LEAST:
+            return f"the line {each.name} must have a score by {LEAST} seeds at least, got {each.seeds}"
+    return ""
 
 
 def _line(name: str, ability: str, score: Score, p: Sequence[float | None], tests: int) -> AbilityLine:
     finds = least_effect(score.seeds, score.spread, _ALPHA / tests) if score.measured else math.inf
-    numbers = {"score": score.value, "low": score.low, "high": score.high, "finds": finds}
-    silence = score.silence or Score(math.nan)
-    numbers |= {"silence": silence.value, "silence_low": silence.low, "silence_high": silence.high}
     return AbilityLine(
-        name=name,
-        ability=ability,
-        p=p[0],
-        silence_p=p[1],
+        **_parts(name, ability, score, p[0]),
+        finds=finds if math.isfinite(finds) else None,
+        silence=ScoreLine(**_parts(name, ability, score.silence, p[1])) if score.silence else None,
         moments_p=p[2],
         seeds=score.seeds,
         places=dict(score.places),
-        why=score.why,
         alike=score.alike,
-        **{each: value if math.isfinite(value) else None for each, value in numbers.items()},
     )
+
+
+def _parts(name: str, ability: str, score: Score, p: float | None) -> dict[str, Any]:
+    """The fields of a `ScoreLine`."""
+    numbers = {"score": score.value, "low": score.low, "high": score.high}
+    finite = {each: value if math.isfinite(value) else None for each, value in numbers.items()}
+    return {"name": name, "ability": ability, "p": p, "why": score.why, **finite}
 
 
 def _place(trace: str) -> str:
@@ -366,17 +412,7 @@ def _for_certain(each: AbilityLine) -> bool:
     experiment = all_experiments().get(each.name)
     if each.low is None and experiment is not None and experiment.offset:  # p is not that of the ability
         return False
-    return _above(each.low, each.score, each.p)
-
-
-def _above(low: float | None, value: float | None, p: float | None) -> bool:
-    """Whether a value is significantly above 0."""
-    return ((value if low is None else low) or 0) > 0 and p is not None and p < _ALPHA
-
-
-def _in_words(value: float, low: float | None, high: float | None, lacks: str = "", sign: str = "") -> str:
-    """A value with its interval, or with what it says without one."""
-    return f"{value:{sign}.2f}" + (lacks if low is None or high is None else f" [{low:{sign}.2f}, {high:{sign}.2f}]")
+    return each.above
 
 
 def checksum(values: Any) -> str:

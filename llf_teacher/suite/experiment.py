@@ -53,6 +53,8 @@ class Experiment:
     """Number of earlier episodes with the teachers; what is measured is then a test after them without a teacher."""
     worlds: str = "same"
     """Worlds of these: `same` as that of the test, or those that come `next`."""
+    town: bool = False
+    """Whether each test and its lessons are in a town of their own, whose number is the seed, with a law in common."""
 
     @property
     def arms(self) -> tuple[str, ...]:

@@ -9,7 +9,3 @@ FILMS = "llf-reco-movie-v0"
 """Where the same films are right in every turn, while in a house each room asks for another move."""
 OPTIONS: Mapping[str, Mapping[str, Any]] = MappingProxyType({HOUSE: MappingProxyType({"map": True})})
 """By id: in a house the plan is in the instruction, so that what was good or bad tells where the treasure can be."""
-TOWN: Mapping[str, Mapping[str, Any]] = MappingProxyType(
-    {id: MappingProxyType({**OPTIONS.get(id, {}), "town": 1}) for id in (ARMS, HOUSE)}
-)
-"""The same in a town, whose worlds have a law in common."""

@@ -24,6 +24,7 @@ from llf_teacher.suite.card import Card, checksum
 from llf_teacher.suite.experiment import SILENT, TURNS, Experiment, all_experiments
 from llf_teacher.suite.places import ARMS, HOUSE
 from llf_teacher.suite.score import LEVELS, Arms, Score, score
+from teachers.common import FACTS
 from teachers.spec import unknown
 
 VERSION = "suite-v1"
@@ -39,7 +40,7 @@ T = TypeVar("T")
 def digest() -> str:
     """A digest of all that decides a score."""
     decides = {name: each.as_dict() for name, each in all_experiments().items()}
-    values = [VERSION, decides, QUICK_SEEDS, QUICK_TURNS, dict(QUICK), FIRST_SEED, TURNS, LEVELS]
+    values = [VERSION, decides, QUICK_SEEDS, QUICK_TURNS, dict(QUICK), FIRST_SEED, TURNS, LEVELS, FACTS]
     return checksum(values)
 
 
@@ -86,22 +87,28 @@ def studies_of(
     between episodes are left out of the others. Families that are not installed are left out.
     """
     specs = [student_spec(each) for each in students]
-    groups: dict[tuple[str | int, str], list[Experiment]] = {}
+    groups: dict[tuple[str | int, tuple[str, ...], tuple[int, ...]], list[Experiment]] = {}
     for name, each in (experiments or all_experiments()).items():
-        for id in each.ids:
-            if not entry(id).family.missing():
-                groups.setdefault((name if each.lessons else each.seeds, id), []).append(each)
-    return [_study_of(specs, group, id, seeds[: group[0].seeds], turns) for (_, id), group in groups.items()]
+        own, there = tuple(seeds[: each.seeds]), [id for id in each.ids if not entry(id).family.missing()]
+        for those in zip(own) if each.town else (own,):
+            for ids in (tuple(there),) if each.town and there else zip(there):
+                groups.setdefault((name if each.lessons else each.seeds, ids, those), []).append(each)
+    return [_study_of(specs, group, ids, those, turns) for (_, ids, those), group in groups.items()]
 
 
-def _study_of(students: Sequence[str], asked: Sequence[Experiment], id: str, seeds: Sequence[int], turns: int) -> Study:
-    """The study in an environment of experiments that have the same lessons."""
+def _study_of(
+    students: Sequence[str], asked: Sequence[Experiment], ids: Sequence[str], seeds: Sequence[int], turns: int
+) -> Study:
+    """The study in some environments of experiments that have the same lessons; in a town there is one seed."""
     teachers = tuple(dict.fromkeys(teacher for each in asked for teacher in each.teachers))
     references = tuple(dict.fromkeys(each.reference for each in asked))
-    options = {each: dict(those) for each, those in asked[0].options.items() if each == id}
-    common: dict[str, Any] = {"ids": (id,), "seeds": seeds, "max_turns": turns, "options": options}
+    town = {"town": seeds[0]} if asked[0].town else {}
+    options = {id: {**asked[0].options.get(id, {}), **town} for id in ids if town or id in asked[0].options}
+    common: dict[str, Any] = {"ids": ids, "seeds": seeds, "max_turns": turns, "options": options}
     if not asked[0].lessons:
-        able = (each for each in (*references, *students) if not _unable(each, id, options.get(id, {})))
+        able = (
+            each for each in (*references, *students) if not any(_unable(each, id, options.get(id, {})) for id in ids)
+        )
         return Study(teachers=teachers, students=tuple(dict.fromkeys(able)), **common)
     able = (each for each in students if parse_student(each).remembers)
     taught = {"students": list(dict.fromkeys((*references, *able))), "teachers": list(teachers)}

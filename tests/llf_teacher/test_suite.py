@@ -17,6 +17,7 @@ from typer.testing import CliRunner
 from llf_teacher import chat_student
 from llf_teacher.cli import app
 from llf_teacher.registry import entry
+from llf_teacher.studies import Study, run
 from llf_teacher.studies.analysis.power import least_effect
 from llf_teacher.studies.analysis.resampling import sign_flips
 from llf_teacher.suite import Card, all_experiments, check, digest, experiments, take
@@ -24,10 +25,11 @@ from llf_teacher.suite.card import AbilityLine, CardError, checksum
 from llf_teacher.suite.comparing import _difference, compare
 from llf_teacher.suite.estimate import estimate
 from llf_teacher.suite.experiment import ORDER
+from llf_teacher.suite.places import ARMS, HOUSE, OPTIONS
 from llf_teacher.suite.play import QUICK, chosen, seeds_of, studies_of
 from llf_teacher.suite.score import Arms, score
 
-DIGEST = "87db6597fa27a951"
+DIGEST = "1a045dfd36d4bb23"
 
 
 def arms(better, worse, unit_better=0.0, unit_worse=10.0, n=20, noise=1.0, seed=0, **more):
@@ -52,11 +54,25 @@ def test_an_experiment_is_complete(name):
     assert len({entry(id).family.name for id in each.ids}) >= 2
     assert set(each.rests_on) <= set(all_experiments()) - {name}
     assert each.offset in (0, 1)
-    for id, study in zip(each.ids, studies_of(["random"], {name: each}), strict=True):
-        assert tuple(study.seeds) == seeds_of()[: each.seeds]
-        played = study.tests(id) if each.lessons else study.grid(id)
-        assert set(played.teachers) == set(each.teachers)  # the specs in the store's rows
-        assert each.reference in played.students
+    seeds = {id: list[int]() for id in each.ids}
+    for study in studies_of(["random"], {name: each}):
+        for id in study.ids:
+            seeds[id] += study.seeds
+            played = study.tests(id) if each.lessons else study.grid(id)
+            assert set(played.teachers) == set(each.teachers)  # the specs in the store's rows
+            assert each.reference in played.students
+    assert {tuple(each) for each in seeds.values()} == {seeds_of()[: each.seeds]}
+
+
+def test_each_world_of_rules_is_in_a_town_of_its_own():
+    """Else the law of the one town could be known before the lesson."""
+    towns = [
+        study.world_options(id)["town"]
+        for key in ("", "one")
+        for study in studies_of([], {"rules": all_experiments()["rules"]}, seeds_of(key))
+        for id in study.ids
+    ]
+    assert sorted(towns) == sorted(2 * [*seeds_of()[:20], *seeds_of("one")[:20]])
 
 
 def test_scores_of_known_losses():
@@ -112,10 +128,10 @@ def test_an_ability_is_said_of_gains_beside_placebo_and_silence_alone(taught, pl
     silent = np.random.default_rng(1).normal(silence, 1.0, 20)
     card = Card.of("it", {"blame": score({"here": losses._replace(silent=silent)})}, [], [], **SETTINGS)
     (line,) = card.lines
-    assert line.silence == pytest.approx((silence - taught) / 10, abs=0.15)
+    assert line.silence.score == pytest.approx((silence - taught) / 10, abs=0.15)
     assert any(said in each for each in card.sentences())
     assert ("uses blame: " in card.sentences()[0]) == (placebo - taught > 5 < silence)
-    assert line.beside_silence in card.as_markdown()
+    assert f"{line.silence.words}, p {line.silence.chance}" in card.as_markdown()
 
 
 def test_gains_that_are_not_significant_beside_silence_are_said_so():
@@ -182,17 +198,63 @@ def test_a_card_is_read_as_it_was_written(store, tmp_path):
         card.write(tmp_path / "none" / "card.json")
 
 
-@pytest.mark.parametrize(
-    ("change", "why"), [({"low": "a"}, "must have numbers"), ({"seeds": 1}, "by 5 seeds at least")]
-)
-def test_a_card_whose_lines_cannot_be_is_refused(tmp_path, store, change, why):
+IN_THE_LINE = [
+    ({"low": "a"}, "must be a number, got 'a'"),
+    ({"score": True}, "lines[0].score must be a number, got True"),
+    ({"score": float("nan")}, "must be from -1e+12 to 1e+12, got nan"),
+    ({"high": float("inf")}, "got inf"),
+    ({"p": 7}, "p must be from 0 to 1, got 7"),
+    ({"moments_p": -0.1}, "from 0 to 1"),
+    ({"silence": {}}, "silence: missing or unknown: ability"),
+    ({"low": 5.0, "high": -5.0}, "a score in its interval"),
+    ({"score": 3.0}, "a score in its interval"),
+    ({"low": None}, "a score in its interval"),
+    ({"silence": 1.0}, "silence must be an object"),
+    ({"seeds": 1}, "by 5 seeds at least"),
+    ({"seeds": -3}, "seeds must be from 0"),
+    ({"seeds": 10**400}, "seeds must be from 0"),
+    ({"finds": -4.0}, "finds must be from 0"),
+    ({"places": {"a": "b"}}, "places.a must be a number"),
+    ({"alike": "yes"}, "alike must be true or false"),
+    ({"why": 5}, "why must be a text"),
+    ({"extra": 1}, "missing or unknown: extra"),
+    ({"name": "nosuch"}, "unknown line 'nosuch: takes advice'"),
+    ({"ability": "walks on water"}, "unknown line 'advice: walks on water'"),
+]
+IN_THE_CARD = [
+    ({"lines": []}, "lines of different names, got none"),
+    ({"lines": {}}, "lines must be a list"),
+    ({"lines": [None]}, "lines[0] must be an object"),
+    ({"cost": {}}, "its cost lacks answers, episodes"),
+    ({"cost": {"turns": "x"}}, "cost.turns must be a number"),
+    ({"failures": -1}, "failures must be from 0"),
+    ({"versions": []}, "versions must be an object"),
+    ({"suite": "suite-v0"}, "unknown suite 'suite-v0'"),
+    ({"quick": 1}, "quick must be true or false"),
+    ({"kee": ""}, "card: missing or unknown: kee"),
+]
+
+
+@pytest.mark.parametrize(("change", "why"), [*IN_THE_LINE, *IN_THE_CARD, ({"lines": 2}, "names, got advice, advice")])
+def test_a_card_that_cannot_be_is_refused(tmp_path, store, change, why):
     """Though its checksum fits."""
-    card = take("obedient", store, ["advice"], quick=True, workers=1)
-    values = json.loads(card.as_json())
+    values = json.loads(take("obedient", store, ["advice"], quick=True, workers=1).as_json())
     del values["checksum"]
-    values["lines"][0] |= change
+    if change == {"lines": 2}:
+        values["lines"] *= 2
+    else:
+        (values if (change, why) in IN_THE_CARD else values["lines"][0]).update(change)
     (tmp_path / "card.json").write_text(json.dumps(values | {"checksum": checksum(values)}))
-    with pytest.raises(CardError, match=why):
+    with pytest.raises(CardError, match=re.escape(why)):
+        check(tmp_path / "card.json", digest())
+
+
+def test_a_card_with_a_byte_order_mark_is_read_and_one_without_a_checksum_is_not(tmp_path, store):
+    text = take("obedient", store, ["advice"], quick=True, workers=1).as_json()
+    (tmp_path / "card.json").write_text(text, encoding="utf-8-sig")
+    assert check(tmp_path / "card.json", digest()).student == "obedient"
+    (tmp_path / "card.json").write_text(text.replace('"checksum"', '"sum"'))
+    with pytest.raises(CardError, match="it has no checksum"):
         Card.load(tmp_path / "card.json")
 
 
@@ -285,7 +347,7 @@ def test_what_failed_is_played_again_and_nothing_else(tmp_path):
 def test_an_agent_that_hangs_is_not_measured(tmp_path):
     with pytest.warns(RuntimeWarning, match="failed"):
         card = take("faulty:Sleepy", tmp_path / "it.db", ["advice"], True, workers=1, turn_seconds=0.5)
-    assert 0 < card.failures < 6
+    assert 0 < card.failures < 12
     assert "of 8 seeds failed or were not played" in card.lines[0].why
     assert re.fullmatch(r".*0\.5.* \(faulty\.py, line \d+\)", card.error)
 
@@ -322,6 +384,19 @@ def test_a_card_says_what_its_tests_find(store):
     for n, alpha in ((8, 0.0125), (8, 0.05), (10, 0.0125)):
         draws = np.random.default_rng(n).normal(least_effect(n, 1.0, alpha), 1.0, (n, 1000))
         assert np.mean(sign_flips(draws, 9999) <= alpha) == pytest.approx(0.78, abs=0.05), n
+
+
+@pytest.mark.parametrize("id", [ARMS, HOUSE])
+@pytest.mark.parametrize("kind", ["fp", "hn"])
+def test_a_placebo_has_as_many_words(tmp_path, id, kind):
+    """On average over some hundred turns, also where advice is shorter than most facts."""
+    teachers = f"only(kinds='{kind}')", f"only(kinds='{kind}') | placebo"
+    study = Study(
+        ids=(id,), teachers=teachers, students=("random",), seeds=40, max_turns=12, options={id: OPTIONS.get(id, {})}
+    )
+    with run(study, tmp_path / "it.db", 1) as results:
+        said, placebo = (sum(row["words"] for row in results.rows() if row["teacher"] == each) for each in teachers)
+    assert placebo == pytest.approx(said, rel=0.05)
 
 
 def test_the_quick_suite_fits_400_turns():

@@ -8,7 +8,6 @@ with the placebo, too. Prerequisite: memory between episodes.
 """
 
 from llf_teacher.suite.experiment import Experiment
-from llf_teacher.suite.places import TOWN
 
 EXPERIMENT = Experiment(
     ability="carries rules to new worlds of a town",
@@ -18,5 +17,5 @@ EXPERIMENT = Experiment(
     lessons=1,
     worlds="next",
     rests_on=("advice", "warnings", "silence"),
-    options=TOWN,
+    town=True,
 )
