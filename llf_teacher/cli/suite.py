@@ -127,9 +127,8 @@ def check(
     files: Annotated[list[Path], typer.Argument(metavar="FILE", help="JSON files of cards.", exists=True)],
 ) -> None:
     """Check that cards are whole, unchanged, and of this version of the suite."""
-    from llf_teacher import suite as suites
-    from llf_teacher.suite import mirror
+    from llf_teacher.suite import comparing, mirror
 
     for path in files:
-        card = suites.check(path, mirror.digest_for(path))
+        card = comparing.checked(path, mirror.digest_for(path))
         typer.echo(f"{path}: a card of {card.suite} ({card.digest}) of {escape_control_chars(card.student)}.")

@@ -7,7 +7,9 @@ from pathlib import Path
 from scipy import stats
 
 from llf_teacher.studies.analysis.statistics import LEVEL, holm
-from llf_teacher.suite.card import AbilityLine, CardError, ScoreLine, check
+from llf_teacher.suite import VERSION, all_experiments, mirror
+from llf_teacher.suite.card import AbilityLine, Card, CardError, ScoreLine, check
+from teachers.spec import unknown
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,7 +28,7 @@ def compare(first: Path | str, second: Path | str, digest: str) -> list[CardDiff
     Raises:
         CardError: a file is no card of this suite, only one is quick, or they have no ability in common.
     """
-    cards = check(first, digest), check(second, digest)
+    cards = checked(first, digest), checked(second, digest)
     if cards[0].quick != cards[1].quick:
         quick, full = (first, second) if cards[0].quick else (second, first)
         raise CardError(f"{quick} is of the quick suite, {full} is not: their scores cannot be compared")
@@ -40,6 +42,23 @@ def compare(first: Path | str, second: Path | str, digest: str) -> list[CardDiff
     for i, p in zip(tested, holm([found[i].p or 0.0 for i in tested]), strict=True):
         found[i] = replace(found[i], p=p)
     return found
+
+
+def checked(path: Path | str, digest: str) -> Card:
+    """The card in a file, if it is whole, of this suite, and of abilities of the suite alone.
+
+    Raises:
+        CardError: it is not, see `llf_teacher.suite.check`.
+    """
+    card, known = check(path, digest), dict[str, list[str]]()
+    known[VERSION] = [f"{name}: {each.ability}" for name, each in all_experiments().items()]
+    known[mirror.VERSION] = [f"{name}: {each.ability}" for name, each in mirror.all_qualities().items()]
+    if card.suite not in known:
+        raise CardError(f"{path}: {unknown('suite', card.suite, known)}")
+    for line in (f"{each.name}: {each.ability}" for each in card.lines):
+        if line not in known[card.suite]:
+            raise CardError(f"{path}: {unknown('line', line, known[card.suite])}")
+    return card
 
 
 def _difference(first: AbilityLine, second: AbilityLine) -> CardDifference:

@@ -22,7 +22,7 @@ from llf_teacher.studies.analysis.power import least_effect
 from llf_teacher.studies.analysis.resampling import sign_flips
 from llf_teacher.suite import Card, all_experiments, check, digest, experiments, take
 from llf_teacher.suite.card import AbilityLine, CardError, checksum
-from llf_teacher.suite.comparing import _difference, compare
+from llf_teacher.suite.comparing import _difference, checked, compare
 from llf_teacher.suite.estimate import estimate
 from llf_teacher.suite.experiment import ORDER
 from llf_teacher.suite.places import ARMS, HOUSE, OPTIONS
@@ -246,7 +246,7 @@ def test_a_card_that_cannot_be_is_refused(tmp_path, store, change, why):
         (values if (change, why) in IN_THE_CARD else values["lines"][0]).update(change)
     (tmp_path / "card.json").write_text(json.dumps(values | {"checksum": checksum(values)}))
     with pytest.raises(CardError, match=re.escape(why)):
-        check(tmp_path / "card.json", digest())
+        checked(tmp_path / "card.json", digest())
 
 
 def test_a_card_with_a_byte_order_mark_is_read_and_one_without_a_checksum_is_not(tmp_path, store):

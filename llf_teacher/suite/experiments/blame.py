@@ -1,7 +1,8 @@
 """Uses blame: acts by what the teacher says was bad.
 
 Why: blame says what to leave, not what to do. Blame (hn) beside a placebo, in 40 bandits and 40 houses. The teacher is
-silent after a good action, so it rests on keeping what was said. Confounds: a student that errs little gains little.
+silent after a good action, so it rests on keeping what was said. Confounds: a student that errs little gains little;
+that the teacher speaks tells of the mistake with the placebo, too, and shows beside silence.
 """
 
 from llf_teacher.suite.experiment import Experiment

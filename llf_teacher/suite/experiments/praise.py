@@ -2,7 +2,8 @@
 
 Why: praise says what to keep. Praise (hp) beside a placebo, in 40 bandits and 40 houses. In a house a move cannot be
 repeated, but it tells on which side the treasure is. The teacher is silent after a bad action, so it rests on keeping
-what was said. Confounds: with a bandit, to repeat what was praised is enough.
+what was said. Confounds: with a bandit, to repeat what was praised is enough; that the teacher speaks tells of the
+good action with the placebo, too, and shows beside silence.
 """
 
 from llf_teacher.suite.experiment import Experiment

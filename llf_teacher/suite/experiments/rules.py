@@ -1,10 +1,10 @@
 """Carries rules to new worlds of a town.
 
 Why: advice serves in one world, a rule in many. A test without a teacher in another world of the same town as the
-lesson before, of clues and rules of the town, or of a placebo, in 20 bandits and 20 houses; only the test counts. The
-rules say which arms pay more by their looks, or in what rooms treasures lie. They are said as advice and warnings, on
-which it rests, and, since the test has no teacher, on keeping what was said. Confounds: from rewards a rule is inferred
-with the placebo, too. Prerequisite: memory between episodes.
+lesson before, of clues and rules of the town, or of a placebo, in 20 bandits and 20 houses, each in a town of its own;
+only the test counts. The rules say which arms pay more by their looks, or in what rooms treasures lie. They are said as
+advice and warnings, on which it rests, and, since the test has no teacher, on keeping what was said. Confounds: from
+rewards a rule is inferred with the placebo, too. Prerequisite: memory between episodes.
 """
 
 from llf_teacher.suite.experiment import Experiment
