@@ -64,6 +64,7 @@ class SeatsEnv(AECEnv):
         self._renderer = Renderer(render_mode, self.metadata["name"], self.as_text, self.frame)
         self._flat: dict[str, Flat] = {}  # per teacher that observes one array
         self.agents: list[str] = []
+        self._cumulative_rewards: dict[str, float] = {}
         self.observation_spaces: dict[str, spaces.Space[Any]] = {}
         self.action_spaces: dict[str, spaces.Space[Any]] = {}
 

@@ -182,8 +182,8 @@ def _print_transcript(found: "TranscriptAudit") -> None:
         if (said := each.checked).holds is False:
             text = escape_control_chars(f"line {each.line}, turn {each.turn}: {said.text}\n  {said.claim}")
             console.print(text, style="red", markup=False, soft_wrap=True)
-    for said, outcome, number in found.unread:
-        text = escape_control_chars(f"{outcome} ({number}): {said:.200}")
+    for sentence, outcome, number in found.unread:
+        text = escape_control_chars(f"{outcome} ({number}): {sentence:.200}")
         console.print(text, style="yellow", markup=False, soft_wrap=True)
     if found.failures:
         lines = ", ".join(map(str, found.failures))
