@@ -46,8 +46,8 @@ def oracles(name, turns=2000):
 @cache
 def truths(name, turns):
     """Per episode and turn the oracle's claims, which are the same whatever the personality."""
-    told = zip(oracles(name, turns), episodes(name, turns), strict=True)
-    return [[oracle.judge(moment) for moment in moments] for oracle, moments in told]
+    played = zip(oracles(name, turns), episodes(name, turns), strict=True)
+    return [[oracle.judge(moment) for moment in moments] for oracle, moments in played]
 
 
 @lru_cache(
