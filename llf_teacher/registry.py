@@ -91,7 +91,7 @@ def entry(id: str) -> Entry:
             return entries[newest]
     from teachers.spec import unknown
 
-    near = [f"{GYM}{id}"] if id in gymnasium.registry else None
+    near = [f"{GYM}{id}"] if id in gymnasium.registry or ":" in id else None
     raise ValueError(unknown("environment", id, ids(), where="`llf list` and llf_teacher.ids()", near=near))
 
 

@@ -76,6 +76,8 @@ class StudentView:
             ValueError: the action is outside the action space; nothing has changed.
         """
         session = self.session
+        if session.ask_cost is None:
+            return session.act(action).reward
         asks, action = self._parted(action)
         if asks and not session.asked:
             return session.ask()

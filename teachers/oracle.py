@@ -45,6 +45,8 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
     tier: ClassVar[str] = ""
     """How much a planner has found out, such as `exact` (see `teachers.planning`); empty for an oracle without one."""
 
+    _rewarded = _reward(0.0)  # said last, and again while rewards do not change
+
     def __init__(self, scratch: Callable[[], WorldT]) -> None:
         self._scratch = scratch
 
@@ -112,7 +114,9 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
         claims: list[Claim] = []
         if moment.before is not None:
             if R in kinds:
-                claims.append(_reward(moment.reward + 0.0))  # never -0.0
+                if self._rewarded.reward != moment.reward:
+                    self._rewarded = _reward(moment.reward + 0.0)  # never -0.0
+                claims.append(self._rewarded)
             self._hindsight(claims, moment, kinds)
         if not moment.over:
             self._advice(claims, moment, kinds)

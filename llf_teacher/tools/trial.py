@@ -62,10 +62,15 @@ def facts(subject: Registered, **options: Any) -> Iterator[Line]:
             yield Line(tier, said.why if said.size in said.why else f"{said.why}; {said.size}", True)
     if own.unlike:
         yield Line("rules", own.unlike, False)
+    if plan is not None:
+        try:
+            subjects = subject.for_lesson(Settings(options={"oracle": plan.tier, **options}))
+        except PlanningError as error:  # of bounds in seconds, where the machine is busier than before
+            yield Line(plan.tier, f"not again: {error}", False)
+            plan = None
     if plan is None:
         yield Line("rewards", f"with oracle={REWARDS!r} what was paid is said in words")
         return
-    subjects = subject.for_lesson(Settings(options={"oracle": plan.tier, **options}))
     instructions, kinds = map(coded_words, types_of(subjects))
     yield Line("teacher", f"instructions {instructions}; feedback {kinds}; {subject.turns(**options):,} turns")
     yield Line("objective", plan.objective)

@@ -22,7 +22,9 @@ from llf_teacher.studies.execution.play import play
 from llf_teacher.tools.audit import audit
 from llf_teacher.tools.film import film
 from llf_teacher.tools.planned import PlannedCase, measure, update
+from llf_teacher.tools.trial import facts
 from llf_teacher.web.plan import read_plan
+from pz_envs.registered import Registered
 from pz_envs.settings import Settings
 from pz_envs.testing import check_seats
 from teachers.atoms import Label
@@ -364,6 +366,19 @@ def test_teach_asks_the_planner_that_is_given(own_module, planner, said, unsaid)
 def test_teach_needs_a_prefix():
     assert "must be an id of Gymnasium with its prefix, gym:CartPole-v1" in llf("teach", "CartPole-v1").stderr
     assert "did you mean gym:CartPole-v1?" in llf("play", "CartPole-v1").stderr
+    assert "did you mean gym:ferry:Fery?" in llf("audit", "ferry:Fery").stderr
+
+
+def test_a_trial_goes_on_where_the_same_planner_refuses_later(monkeypatch):
+    """Bounds in seconds depend on what else the machine does."""
+
+    def refuse(*_):
+        raise PlanningError("no way within 1 seconds")
+
+    monkeypatch.setattr(Registered, "for_lesson", refuse)
+    lines = list(facts(entry("gym:FrozenLake-v1").family))
+    assert [line.about for line in lines] == ["exact", "searched", "expert", "exact", "rewards"]
+    assert lines[3].text == "not again: no way within 1 seconds"
 
 
 @pytest.mark.parametrize(

@@ -142,9 +142,10 @@ class GymWorld(World[Position, Any, Any]):
     @property
     def truth(self) -> Position:
         """The position in the episode, with the value of `look`."""
-        if self._at == (self._episode, self._turn):
-            self._seen = still(self._observation if self._look is None else self._look(self._synchronized()))
-        return Position(self._seen, self._turn, self._episode)
+        at, episode, turn = self._at, self._episode, self._turn
+        if at is not None and at[1] == turn and at[0] is episode:
+            self._seen = still(self._observation if self._look is None else self._look(self._env))  # type: ignore[arg-type]  # there is one
+        return Position(self._seen, turn, episode)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begin an episode. Without a seed the world draws one, so that the episode can be replayed."""
@@ -251,7 +252,8 @@ class GymWorld(World[Position, Any, Any]):
 
     def _synchronized(self) -> _Env:
         """The environment in the world's position, made if there is none."""
-        if self._at is not None and self._at != (self._episode, self._turn):
+        at = self._at
+        if at is not None and (at[1] != self._turn or at[0] is not self._episode):
             return self._replayed()
         if self._env is None:
             self._env = self._another()

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 from math import isfinite
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import gymnasium
 import numpy as np
@@ -187,16 +187,15 @@ def _whole(turn: int) -> float:
     return 1.0
 
 
-class _Told(NamedTuple):
+@dataclass(slots=True)
+class _Told:
     """What can be told of a state in which actions differ."""
 
-    lost: Lost
-    """What each action loses; None for those that lose too little for a word."""
+    verdicts: list[WellChosen | PoorlyChosen | Slower | None]
+    """One for each action; None for those that lose too little for a word."""
     advice: Choose | None
     """None if the action that is ranked first is not surely a best one."""
     warning: Avoid
-    verdicts: dict[int, WellChosen | PoorlyChosen | Slower | None]
-    """By action, those that were asked for."""
 
 
 class ExactOracle(Oracle[Position, GymWorld]):
@@ -208,8 +207,8 @@ class ExactOracle(Oracle[Position, GymWorld]):
     def __init__(self, scratch: Callable[[], GymWorld]) -> None:
         super().__init__(scratch)
         self._of: Worths | None = None
-        self._there: dict[tuple[int, Any], _Told | None] = {}
-        """By stage and state what can be told, in the values `_of`."""
+        self._there: dict[tuple[int | None, Any], _Told | None] = {}
+        """By stage and state what can be told, in the values `_of`; without a stage nothing is known."""
         self._last: tuple[Position | None, int, _Told | None] = None, 0, None
         """What was told last: of this truth, with so many turns of texts that were no action."""
 
@@ -246,18 +245,18 @@ class ExactOracle(Oracle[Position, GymWorld]):
         return (aim, *([Fading(part=fading)] if fading else []), Syntax(expected=self.lab.action_syntax))
 
     def _practice(self, truth: Position, rng: np.random.Generator) -> tuple[Claim, ...]:
-        values = self.model.at(truth, self.lab)
-        told, pairs = self._telling(values, truth.seen, truth.turn), {WellChosen: TriedWell, PoorlyChosen: TriedPoorly}
+        told = self._told_at(truth, Moment.opening(truth, truth.turn))
         if told is None:
             return ()
-        verdicts = [self._verdict(told, action) for action in rng.permutation(self.model.actions).tolist()]
+        pairs = {WellChosen: TriedWell, PoorlyChosen: TriedPoorly}
+        verdicts = [told.verdicts[action] for action in rng.permutation(self.model.actions).tolist()]
         known = [(pairs[type(each)], each) for each in verdicts if each is not None and type(each) in pairs]
         return tuple(cls(action=each.action, answer=each.answer, lost=each.lost) for cls, each in known[:_TRIES])
 
     def _hindsight(self, claims: list[Claim], moment: Moment[Position], kinds: Set[FeedbackType]) -> None:
         told = self._told_at(moment.past, moment)
         if told is not None:
-            verdict = self._verdict(told, moment.action)
+            verdict = told.verdicts[moment.action]
             if verdict is not None and verdict.kind in kinds:
                 claims.append(verdict)
 
@@ -270,50 +269,47 @@ class ExactOracle(Oracle[Position, GymWorld]):
                 claims.append(told.warning)
 
     def _told_at(self, truth: Position, moment: Moment[Position]) -> _Told | None:
-        unread = moment.turn - moment.after.turn
+        """What can be told of a state of a moment; None if no action loses anything."""
         last, then, told = self._last
-        if truth is not last or unread != then:
-            values = self.model.at(truth, self.lab)
-            turn = used(truth, moment, values)
-            told = None if turn is None else self._telling(values, truth.seen, turn)
-            self._last = truth, unread, told
-        return told
-
-    def _telling(self, values: Worths, state: Any, turn: int) -> _Told | None:
-        """What can be told of a state after so many turns; None if no action loses anything."""
+        unread = moment.turn - moment.after.turn
+        if truth is last and unread == then:
+            return told
+        values = self.model.at(truth, self.lab)
         if values is not self._of:
             self._of, self._there = values, {}
-        key = values.stage(turn), state
+        turn = truth.turn if unread <= 0 else used(truth, moment, values)
+        key = None if turn is None else values.stage(turn), truth.seen
         try:
-            return self._there[key]
+            told = self._there[key]
         except KeyError:
-            told = self._there[key] = self._tell(*values.compared(state, turn))
-            return told
+            told = self._there[key] = None if turn is None else self._tell(*values.compared(truth.seen, turn))
+        self._last = truth, unread, told
+        return told
 
     def _tell(self, lost: Lost, ranks: list[float]) -> _Told | None:
         """What can be told where actions lose this and are ranked so; see `Worths.compared`."""
-        poor = [action for action, each in enumerate(lost) if each is not None and any(each)]
+        poor = [action for action, each in enumerate(lost) if each is not None and each != NOTHING]
         if not poor:
             return None
         best, worst = ranks.index(max(ranks)), min(poor, key=ranks.__getitem__)
+        verdicts = [None if each is None else self._verdict(action, *each) for action, each in enumerate(lost)]
         advice = self._choices[best] if lost[best] == NOTHING else None
-        earned, length = lost[worst]  # type: ignore[misc]  # it loses something
-        warning = (_avoid if earned else _dawdle)(worst, self._names[worst], rounded(earned or length))
-        return _Told(lost, advice, warning, {})
+        blame: Any = verdicts[worst]
+        warning = (_avoid if type(blame) is PoorlyChosen else _dawdle)(worst, blame.answer, blame.lost)
+        return _Told(verdicts, advice, warning)
 
-    def _verdict(self, told: _Told, action: int) -> WellChosen | PoorlyChosen | Slower | None:
-        if action not in told.verdicts:
-            lost, verdict = told.lost[action], None
-            if lost is not None:
-                earned, later = lost
-                said = _poorly if earned else _slower if later else _well
-                verdict = said(action, self._names[action], rounded(earned or later))
-            told.verdicts[action] = verdict
-        return told.verdicts[action]
+    def _verdict(self, action: int, earned: float, later: float) -> WellChosen | PoorlyChosen | Slower:
+        if earned or later:
+            return (_poorly if earned else _slower)(action, self._names[action], rounded(earned or later))
+        return self._praises[action]
 
     @cached_property
     def _choices(self) -> list[Choose]:
         return [_choose(action, name) for action, name in enumerate(self._names)]
+
+    @cached_property
+    def _praises(self) -> list[WellChosen]:
+        return [_well(action, name, 0.0) for action, name in enumerate(self._names)]
 
     @cached_property
     def _names(self) -> list[str]:

@@ -23,13 +23,10 @@ class _Map(NamedTuple):
     begun: int
     """Turn of that state."""
     depths: dict[Hashable, int]
-    """Fewest actions to each state, where those that time does not suffice for are left out; empty: none are."""
+    """Fewest actions to each state, where those that time does not suffice for are left out; empty: none are.
 
-    def covers(self, truth: Position) -> bool:
-        """Whether all states are known that can be reached from a truth."""
-        if truth.seen not in self.values:
-            return False
-        return not self.depths or truth.turn - self.begun >= self.depths[truth.seen]
+    So many actions from the first state on, all states are known that can be reached.
+    """
 
 
 class Atlas:
@@ -75,9 +72,10 @@ class Atlas:
 
         Where these are too many, or chance decides, no values are known in the whole episode, and a warning says so.
         """
-        for each in self._known:
-            if each.covers(truth):
-                return each.values
+        seen = truth.seen
+        for values, begun, depths in self._known:
+            if seen in values.transitions and (not depths or truth.turn - begun >= depths[seen]):
+                return values
         start = truth.episode.anchor or truth.episode
         if self._explore is None or any(start is lost for lost in self._lost):
             return self._nothing

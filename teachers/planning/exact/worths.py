@@ -29,7 +29,7 @@ class Worth(NamedTuple):
 
 NOTHING = Worth(0.0, 0.0)
 Lost = tuple[tuple[float, float] | None, ...]
-"""The `Worth` that each action loses, in bare tuples: thousands are kept, and these the garbage collector passes by."""
+"""The `Worth` that each action loses, in bare tuples; None for those that lose too little for a word."""
 
 
 class Worths:
@@ -58,8 +58,9 @@ class Worths:
         self.actions = len(next(iter(transitions.values())))
         """Number of actions."""
         moves, paid = self._arrays()
-        self._equal = _EQUAL * max(1e-300, np.abs(paid).max())
+        self._equal = _EQUAL * max(1e-300, float(np.abs(paid).max()))
         self._earned, self._lengths = self._solve(moves, paid)
+        self._last = len(self._earned) - 1
         self.spread = float(max((earned.max(axis=1) - earned.min(axis=1)).max() for earned in self._earned))
         """The greatest difference between the sums of two actions in any state."""
         self.margin = _SILENT * self.spread
@@ -121,9 +122,6 @@ class Worths:
         """What is left of a reward after so many actions."""
         return 1.0 if self._fading is None else self._fading(turn)
 
-    def __contains__(self, state: Hashable) -> bool:
-        return state in self._index
-
     def worths(self, state: Hashable, turn: int) -> tuple[Worth, ...]:
         """What each action is worth in a state after `turn` actions; zeros if no action is left or none is known."""
         at = self.stage(turn)
@@ -140,7 +138,7 @@ class Worths:
 
     def stage(self, turn: int) -> int:
         """The index of the worths after so many actions; -1 if no action is left."""
-        last = len(self._earned) - 1
+        last = self._last
         if self.horizon is None or self.horizon - turn > last:
             return last
         return max(self.horizon - turn, 0) - 1
