@@ -1,5 +1,6 @@
 """The table of environments that planned teachers teach: what is known of each, how fast they are, and how true."""
 
+import itertools
 import os
 import statistics
 import tempfile
@@ -106,7 +107,7 @@ def measure(row: PlannedCase, progress: Callable[[str], object] = str) -> dict[s
     """The cells of a row, by the names of the columns.
 
     All times are those of the process: up to the first turn with an empty cache, and again with what that has stored;
-    of turns and of bare steps in random play of episodes with new seeds.
+    of turns and of bare steps, which take turns, in random play of episodes with new seeds.
 
     Raises:
         ValueError: no tier serves the environment, or it is not installed.
@@ -119,8 +120,7 @@ def measure(row: PlannedCase, progress: Callable[[str], object] = str) -> dict[s
         cold, lesson = _first_turn(subject, row.options)
         warm, _ = _first_turn(subject, row.options)
         progress(f"{row.id}: turns")
-        turns = _times(lesson, row)
-        steps = _bare_times(subject, row)
+        turns, steps = _times(lesson, subject, row)
         played = {}
         for student in ("obedient", "random"):
             progress(f"{row.id}: {student}")
@@ -174,31 +174,25 @@ def _first_turn(subject: Registered, options: Mapping[str, Any]) -> tuple[float,
     return seconds, anew.for_lesson(Settings(options=options))
 
 
-def _times(lesson: RegisteredLesson, row: PlannedCase) -> list[float]:
-    """Seconds of each turn of random play."""
-    with closing(StudentEnv(lesson)) as env:
-        return _steps(env, env.session.world.sample_action, _TIMED * row.turns)
-
-
-def _bare_times(subject: Registered, row: PlannedCase) -> list[float]:
-    """Seconds of each step of the environment itself."""
+def _times(lesson: RegisteredLesson, subject: Registered, row: PlannedCase) -> tuple[list[float], ...]:
+    """Seconds of each turn and of each step of the environment itself, in turns, so that both find the same caches."""
     world = subject.make_world(**row.options)
-    with closing(subject.make(row.options)) as env:
-        return _steps(env, world.sample_action, _TIMED * row.turns)
+    with closing(StudentEnv(lesson)) as taught, closing(subject.make(row.options)) as bare:
+        pairs = zip(_steps(taught, world.sample_action), _steps(bare, world.sample_action), strict=False)
+        return tuple(map(list, zip(*itertools.islice(pairs, _TIMED * row.turns), strict=True)))
 
 
-def _steps(env: Any, sample: Callable[[np.random.Generator], Any], count: int) -> list[float]:
-    rng, seed, times = np.random.default_rng(0), 0, []
-    env.reset(seed=seed)
-    for _ in range(count):
-        action = sample(rng)
-        begun = time.process_time()
-        _, _, terminated, truncated, _ = env.step(action)
-        times.append(time.process_time() - begun)
-        if terminated or truncated:
-            seed += 1
-            env.reset(seed=seed)
-    return times
+def _steps(env: Any, sample: Callable[[np.random.Generator], Any]) -> Iterator[float]:
+    rng = np.random.default_rng(0)
+    for seed in itertools.count():
+        env.reset(seed=seed)
+        over = False
+        while not over:
+            action = sample(rng)
+            begun = time.process_time()
+            _, _, terminated, truncated, _ = env.step(action)
+            yield time.process_time() - begun
+            over = terminated or truncated
 
 
 def _played(lesson: RegisteredLesson, student: str, episodes: int) -> tuple[float, float]:
