@@ -23,7 +23,7 @@ from llf_teacher.suite.places import ARMS
 from teachers.atoms import Utterance
 from teachers.personality import parse_personality
 
-DIGEST = "9a8e949bc7d58bb1"
+DIGEST = "58c8110d4f5d982e"
 
 
 def test_the_digest_is_that_of_the_version():
