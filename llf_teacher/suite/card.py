@@ -100,7 +100,7 @@ class Card:
         Settings are `suite`, `digest`, `key` and `quick`.
         """
         played, failed = ([row for row in each if row[cls.role] == student] for each in (rows, lost))
-        cost = {name: math.fsum(row.get(name) or 0 for row in played) for name in _COUNTED[1:]}
+        cost = {name: math.fsum(row.get(name) or 0 for row in played) for name in _COUNTED}
         found = list(scores.values())
         tests = sum(each.score is not None for each in found)
         p, moments_p = adjusted([each.p for each in found]), adjusted([each.moments_p for each in found])
@@ -118,7 +118,7 @@ class Card:
         return cls(
             student=student,
             lines=lines,
-            cost={"episodes": float(len(played)), **cost},
+            cost=cost | {"episodes": float(len(played))},
             failures=len(failed),
             error=failed[0]["error"] if failed else "",
             versions={"llf-teacher": llf_teacher.__version__, "python": platform.python_version()},

@@ -40,9 +40,8 @@ def check(path: Path | str) -> Card:
             f"{path} has the digest {card.digest}, this release {digest()}: cannot be compared; take the suite again"
         )
     lines = [f"{name}: {each.ability}" for name, each in there.items()]
-    for line in (f"{each.name}: {each.ability}" for each in card.lines):
-        if line not in lines:
-            raise CardError(f"{path}: {unknown('line', line, lines)}")
+    if odd := [line for each in card.lines if (line := f"{each.name}: {each.ability}") not in lines]:
+        raise CardError(f"{path}: {unknown('line', odd[0], lines)}")
     return card
 
 

@@ -44,9 +44,7 @@ def digest() -> str:
 
 def seeds_of(key: str = "", quick: bool = False) -> tuple[int, ...]:
     """The seeds of the worlds; those of a key are others of the same kind."""
-    first = FIRST_SEED
-    if key:
-        first = 1_000_000 + int.from_bytes(hashlib.sha256(key.encode()).digest()[:4]) * 100
+    first = 1_000_000 + int.from_bytes(hashlib.sha256(key.encode()).digest()[:4]) * 100 if key else FIRST_SEED
     return tuple(range(first, first + (QUICK_SEEDS if quick else max(e.seeds for e in all_experiments().values()))))
 
 
@@ -67,9 +65,8 @@ def named(what: str, names: Sequence[str], there: Mapping[str, T]) -> dict[str, 
     Raises:
         ValueError: an unknown name of `what`.
     """
-    for name in names:
-        if name not in there:
-            raise ValueError(unknown(what, name, there))
+    if odd := [name for name in names if name not in there]:
+        raise ValueError(unknown(what, odd[0], there))
     return {name: each for name, each in there.items() if name in (names or there)}
 
 

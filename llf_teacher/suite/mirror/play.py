@@ -55,10 +55,9 @@ class TeacherCard(Card):
         own = own_words({name: int(self.cost.get(name, 0)) for name in READINGS}, bounds)
         if own is None:
             return super().settings()
-        low, high = own.bounds
         return (
             f"{super().settings()} Of {own.sentences} sentences without claims {own.read:.0%} were read; of these "
-            f"{own.false:.0%} were false, with the reader's own errors {low:.0%} to {high:.0%}."
+            f"{own.false:.0%} were false, with the reader's own errors {own.bounds[0]:.0%} to {own.bounds[1]:.0%}."
         )
 
 
