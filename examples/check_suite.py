@@ -98,7 +98,7 @@ class Scores:
         found = [{name: scored(each, spec, rows, self._seeds) for name, each in asked.items()} for spec in specs]
         for name in names:
             self.places[name] += [each[name].places for each in found]
-        return np.array([[score.value for score in each.values()] for each in found])
+        return np.array([[score.score for score in each.values()] for each in found], dtype=float)
 
 
 def with_defects(who: str, *defects: str, strength: int = -1) -> str:

@@ -49,10 +49,12 @@ class Flattering(Defect):
     """Gives in: praises an action that is repeated although it was spoken against, and takes back the rest."""
 
     def spoilt(self, claims: Claims, view: View, memory: list[object]) -> Claims:
-        """False praise."""
+        """False praise; the memory is what was said since the student last did something else."""
+        if view.last is None or not np.array_equal(view.last.action, view.moment.action):
+            memory.clear()
         spoke = bool(memory)
         memory += [claim for claim in claims if claim.kind in (HN, FP, FN)]
-        if not spoke or view.last is None or not np.array_equal(view.last.action, view.moment.action):
+        if not spoke:
             return claims
         rng = np.random.default_rng(view.turn)
         return [view.flip(claim, rng) for claim in claims if claim.kind is HN]

@@ -57,7 +57,7 @@ def students() -> list[str]:
 
 def scores(cards: Sequence[Card]) -> NDArray[np.float64]:
     """Shape (students, abilities); NaN where none was measured."""
-    return np.array([[np.nan if each.score is None else each.score for each in card.lines] for card in cards])
+    return np.array([[each.score for each in card.lines] for card in cards], dtype=float)
 
 
 def alike(first: NDArray[np.float64], second: NDArray[np.float64]) -> str:
@@ -109,7 +109,7 @@ def plot(cards: Sequence[Card], columns: int = 4) -> Figure:
         ax.grid(axis="y", linewidth=0.3)
     for ax in axes.flat[len(names) :]:
         ax.set_axis_off()
-    figure.suptitle(f"{cards[0].scale}; no dot: not measured; triangle: beyond the axis")
+    figure.suptitle("0: none of it, 1: as the reference; no dot: not measured; triangle: beyond the axis")
     return figure
 
 

@@ -7,9 +7,12 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+
+from teachers.atoms import HN
 
 ROOT = Path(__file__).parents[1]
 
@@ -249,6 +252,20 @@ def test_the_check_of_the_mirror_finds_what_is_wrong(monkeypatch):
     assert check.faults(sound, weak, strengths) == ["truth: its defect takes 0.70 of 1.00"]
     assert check.faults(sound, spoilt, rising) == ["calibration: the score does not fall with strength"]
     assert check.faults(sound, wide, strengths) == ["truth: falls by 0.30 without remains, and does not declare it"]
+
+
+def test_the_flatterer_gives_in_where_the_student_insists_and_nowhere_else(monkeypatch):
+    """An action that was right before, or that follows another mistake, is spoken against like any."""
+    monkeypatch.syspath_prepend(ROOT / "examples")
+    flattering, memory, last = importlib.import_module("defective_teachers").Flattering(), [], None
+    blame, found = SimpleNamespace(kind=HN), []
+    for action, wrong in ((1, True), (2, True), (0, False), (0, True), (0, True), (0, False), (0, True), (1, True)):
+        view = SimpleNamespace(
+            last=last, moment=SimpleNamespace(action=action), turn=0, flip=lambda claim, rng: "praise"
+        )
+        found.append(flattering.spoilt([blame] * wrong, view, memory) == ["praise"])
+        last = view.moment
+    assert found == [False, False, False, False, True, False, True, False]
 
 
 @pytest.mark.full

@@ -25,8 +25,8 @@ def add_to(app: typer.Typer) -> None:
         invoke_without_command=True,
     )
     group.callback()(suite)
-    group.command("compare")(compare)
-    group.command("check")(check)
+    group.command("compare")(compare_cards)
+    group.command("check")(check_cards)
     app.add_typer(group, name="suite")
 
 
@@ -67,10 +67,10 @@ def suite(
     """
     if context.invoked_subcommand is not None:
         return
-    if (student is None) == (teacher is None):
-        raise typer.BadParameter(
-            "give --student SPEC, such as --student obedient, or --teacher SPEC, or a command: compare, check"
-        )
+    if student is not None and teacher is not None:
+        raise typer.BadParameter("got --student and --teacher; give one of them, and take the other in a second run")
+    if student is None and teacher is None:
+        raise typer.BadParameter("give --student SPEC, such as --student obedient, --teacher SPEC, or check or compare")
     from llf_teacher.suite import mirror, take
     from llf_teacher.suite.card import FINDS, check_file
     from llf_teacher.suite.estimate import estimate, estimate_teacher
@@ -95,6 +95,9 @@ def suite(
 
         play = take if teacher is None else mirror.take
         found = play(subject, store, only or (), quick, key, workers, show, turn_seconds)
+    for path in card or ():
+        found.write(path)
+        console.print(f"Card: {path.resolve()}")
     heads, *rows = (row[:-1] for row in found.table())
     table = Table(*heads, title=found.student, caption=FINDS)
     for row in rows:
@@ -103,9 +106,6 @@ def suite(
     for sentence in found.sentences():
         console.print(f"- {sentence}")
     console.print(found.settings())
-    for path in card or ():
-        found.write(path)
-        console.print(f"Card: {path.resolve()}")
     if found.failures:
         raise typer.Exit(3)
 
@@ -113,22 +113,22 @@ def suite(
 Card_ = Annotated[Path, typer.Argument(help="JSON file of a card.", exists=True, dir_okay=False)]
 
 
-def compare(first: Card_, second: Card_) -> None:
+def compare_cards(first: Card_, second: Card_) -> None:
     """Compare two cards: the second one's scores less the first one's, each with its interval and test."""
-    from llf_teacher.suite import comparing, mirror
+    from llf_teacher.suite import compare
 
     table = Table("ability", "difference", "p", title=f"{second} less {first}")
-    for each in comparing.compare(first, second, mirror.digest_for(first)):
+    for each in compare(first, second):
         table.add_row(each.ability, each.words, each.chance)
     Console(emoji=False, markup=False).print(table)
 
 
-def check(
+def check_cards(
     files: Annotated[list[Path], typer.Argument(metavar="FILE", help="JSON files of cards.", exists=True)],
 ) -> None:
     """Check that cards are whole, unchanged, and of this version of the suite."""
-    from llf_teacher.suite import comparing, mirror
+    from llf_teacher.suite import check
 
     for path in files:
-        card = comparing.checked(path, mirror.digest_for(path))
+        card = check(path)
         typer.echo(f"{path}: a card of {card.suite} ({card.digest}) of {escape_control_chars(card.student)}.")

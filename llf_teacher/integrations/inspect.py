@@ -229,7 +229,8 @@ def _regret(experiments: Mapping[str, Experiment], rows: Sequence[Mapping[str, A
         def compute(scores: list[SampleScore]) -> Value:
             own = [dict(each.score.metadata or {}) for each in scores]
             seeds = sorted({row["seed"] for row in own})
-            return {name: scored(each, _MODEL, [*rows, *own], seeds).value for name, each in experiments.items()}
+            found = {name: scored(each, _MODEL, [*rows, *own], seeds).score for name, each in experiments.items()}
+            return {name: float("nan") if value is None else value for name, value in found.items()}
 
         return compute
 

@@ -5,30 +5,28 @@ import io
 import json
 import math
 import platform
-import re
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields, is_dataclass
+from dataclasses import asdict, dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar, Self, get_args, get_origin, get_type_hints
 
 import llf_teacher
 from llf_teacher.studies.analysis.power import least_effect
-from llf_teacher.studies.analysis.statistics import LEAST, Estimate, holm, p_words
-from llf_teacher.suite.experiment import all_experiments
-from llf_teacher.suite.score import Score
+from llf_teacher.studies.analysis.statistics import LEAST, Estimate, holm
+from llf_teacher.suite.score import ALPHA, Score
 from teachers.spec import unknown
 
 FORMATS = {".json": "as_json", ".md": "as_markdown", ".svg": "as_svg", ".html": "as_html"}
 """The methods that make a card's text, by the suffix of its file."""
 FINDS = (
-    "p: that the lessons compared are alike, by Holm's method; finds: the least contrast, in the unit of the scores, "
-    "that the test finds with a power of 0.8; beside silence: the contrast with a silent teacher, in the same unit."
+    "p: that there is no difference, after Holm's method; of a loss: a small p speaks against the ability; finds: the "
+    "least contrast, in the unit of the scores, that the test finds with a power of 0.8; beside silence: the contrast "
+    "with a silent teacher, in the same unit."
 )
 """What a card says of its columns of these names."""
-_ALPHA, _HALF = 0.05, 0.5
 _COUNTED = ("episodes", "turns", "answers", "input_tokens", "output_tokens", "usd")
 _MOST = 1e12
-_RANGES = dict.fromkeys(("seeds", "finds", "cost", "failures"), (0.0, _MOST))
+_RANGES = dict.fromkeys(("seeds", "spread", "finds", "cost", "failures"), (0.0, _MOST))
 _RANGES |= {"p": (0.0, 1.0), "moments_p": (0.0, 1.0)}
 """By field of a card, the least and the greatest number; other numbers may be negative."""
 _KINDS = {str: "a text", bool: "true or false", int: "an integer", float: "a number"}
@@ -39,79 +37,26 @@ class CardError(ValueError):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ScoreLine:
-    """A line of a table of abilities."""
+class AbilityLine(Score):
+    """A line of a card: an ability and its score; its p-values are after Holm's correction for all of their kind."""
 
     name: str
     ability: str
-    score: float | None
-    """None if it was not measured."""
-    low: float | None = None
-    """Ends of the 95 % interval; None without one."""
-    high: float | None = None
-    p: float | None = None
-    """That there is no contrast, after Holm's correction for all abilities of the table."""
-    why: str = ""
-    """What was not measured, and why."""
-
-    sign: ClassVar[str] = ""
-    """The format of signs."""
-
-    @property
-    def chance(self) -> str:
-        """The p-value as text; empty without one."""
-        return p_words(self.p)
-
-    @property
-    def words(self) -> str:
-        """The score as text."""
-        if self.score is None:
-            return f"not measured: {self.why}"
-        if self.low is None or self.high is None:
-            return f"{self.score:{self.sign}.2f} (no interval: {self.why})"
-        return f"{self.score:{self.sign}.2f} [{self.low:{self.sign}.2f}, {self.high:{self.sign}.2f}]"
-
-    @property
-    def above(self) -> bool:
-        """Whether the score is significantly above 0."""
-        least = self.score if self.low is None else self.low
-        return (least or 0) > 0 and self.p is not None and self.p < _ALPHA
-
-
-@dataclass(frozen=True, kw_only=True)
-class AbilityLine(ScoreLine):
-    """A line of a card: an ability and its score."""
-
-    seeds: int
-    places: Mapping[str, float]
-    """The score in each environment that counts."""
-    alike: bool | None
-    """Where both lessons should be alike: whether they are; None elsewhere."""
     finds: float | None = None
     """The least contrast that the test finds with a power of 0.8, at the level of Holm's first step; None: none."""
-    silence: ScoreLine | None = None
-    """The same contrast beside silence in place of a placebo, with p after Holm's correction among these tests."""
-    moments_p: float | None = None
-    """That the placebo costs as much as silence, likewise: when it speaks, and that it does, changes nothing."""
 
     @property
     def note(self) -> str:
         """What happened where the student gains beside one of placebo and silence only; empty elsewhere."""
         if self.silence is None or self.above == self.silence.above:
             return ""
-        moments = self.moments_p is not None and self.moments_p < _ALPHA
-        more = (self.silence.score or 0) > (self.score or 0)  # the placebo costs less than silence
-        if moments and self.above and not more:
-            return "is harmed by the placebo rather than helped by the teacher"
-        if moments and more and not self.above:
-            return "does better with the placebo's moments than in silence: it learns from when the teacher speaks"
         worse, other = ("with the placebo", "in silence") if self.above else ("in silence", "with the placebo")
-        return f"does better than {worse}, but not significantly better than {other}"
-
-    @property
-    def power(self) -> str:
-        """What the test finds, as text; empty without a score."""
-        return "" if self.score is None else "none" if self.finds is None else f"{self.finds:.2f}"
+        costs_less = (self.silence.score or 0) > (self.score or 0)  # the placebo than silence
+        if self.moments_p is None or self.moments_p >= ALPHA or self.above == costs_less:
+            return f"does better than {worse}, but not significantly better than {other}"
+        if self.above:
+            return "is harmed by the placebo rather than helped by the teacher"
+        return "does better with the placebo's moments than in silence: it learns from when the teacher speaks"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -141,39 +86,41 @@ class Card:
     scored: ClassVar[str] = "ability"
 
     @classmethod
-    def ability_of(cls, name: str) -> str:
-        """What a student with the ability of this name does."""
-        return all_experiments()[name].ability
-
-    @classmethod
     def of(
         cls,
         student: str,
+        asked: Mapping[str, Any],
         scores: Mapping[str, Score],
         rows: Sequence[Mapping[str, Any]],
         lost: Sequence[Mapping[str, Any]],
         **settings: Any,
     ) -> Self:
-        """The card of scores, from the rows of episodes and failures of this student and of others.
+        """The card of scores, by name as what was asked, from the rows of episodes and failures of this and others.
 
         Settings are `suite`, `digest`, `key` and `quick`.
         """
-        measured = {name: each for name, each in scores.items() if each.measured}
-        silent = {name: each.silence.p for name, each in measured.items() if each.silence}
-        moments = {name: scores[name].moments_p for name in silent}
-        tested = ({name: each.p for name, each in measured.items()}, silent, moments)
-        adjusted = [dict(zip(p, holm([*p.values()]), strict=True)) for p in tested]
         played, failed = ([row for row in each if row[cls.role] == student] for each in (rows, lost))
-        cost = {name: math.fsum(row.get(name) or 0 for row in played) for name in _COUNTED[1:]}
+        cost = {name: math.fsum(row.get(name) or 0 for row in played) for name in _COUNTED}
+        found = list(scores.values())
+        tests = sum(each.score is not None for each in found)
+        p, moments_p = adjusted([each.p for each in found]), adjusted([each.moments_p for each in found])
+        silent_p = adjusted([each.silence.p if each.silence else None for each in found])
+        lines = []
+        for i, (name, each) in enumerate(scores.items()):
+            finds = math.inf if each.score is None else least_effect(each.seeds, each.spread, ALPHA / tests)
+            values = vars(each) | {
+                "finds": finds if math.isfinite(finds) else None,
+                "p": p[i],
+                "moments_p": moments_p[i],
+            }
+            values |= {"silence": each.silence and replace(each.silence, p=silent_p[i])}
+            lines.append(AbilityLine(name=name, ability=asked[name].ability, **values))
         return cls(
             student=student,
-            lines=tuple(
-                _line(name, cls.ability_of(name), each, [p.get(name) for p in adjusted], len(measured))
-                for name, each in scores.items()
-            ),
-            cost={"episodes": float(len(played)), **cost},
+            lines=lines,
+            cost=cost | {"episodes": float(len(played))},
             failures=len(failed),
-            error=f"{failed[0]['error']}{_place(failed[0]['trace'])}" if failed else "",
+            error=failed[0]["error"] if failed else "",
             versions={"llf-teacher": llf_teacher.__version__, "python": platform.python_version()},
             **settings,
         )
@@ -183,29 +130,25 @@ class Card:
 
         Between the first two is one for each ability of which placebo and silence say different things.
         """
-        plain = [each for each in self.lines if each.score is not None and not each.note]
-        shown = sorted(
-            (each for each in plain if _for_certain(each)), key=lambda each: (each.alike is not None, -(each.low or 0))
-        )  # to be alike proves less: so are lessons that a student does not hear
-        lacking = sorted(
-            (each for each in plain if each.high is not None and each.high < _HALF), key=lambda e: e.high or 0
-        )
-        noted = [each for each in self.lines if each.note]
-        unmeasured = [each for each in self.lines if each.score is None]
-        if len(unmeasured) == len(self.lines):
+        measured = [each for each in self.lines if each.score is not None]
+        if not measured:
             return ["Nothing was measured."]
-        said = [
-            f"The {self.role} {shown[0].ability}: {shown[0].words}."
-            if shown
-            else f"No {self.scored} differs significantly from none."
-        ]
+        plain, noted = ([each for each in measured if bool(each.note) == odd] for odd in (False, True))
+        shown = [each for each in plain if (each.above if each.alike is None else each.alike)]
+        # to be alike proves less: lessons that a student does not hear are alike
+        best = min(shown, key=lambda each: (each.alike is not None, -(each.low or 0)), default=None)
+        none = f"No {self.scored} differs significantly from none."
+        said = [f"The {self.role} {best.ability}: {best.words}." if best else none]
         said += [f"Whether it {each.ability} was not shown: it {each.note}." for each in noted]
+        less = [each for each in plain if each.high is not None and each.high < 0.5]
+        lacking = sorted(less, key=lambda each: each.high or 0)
         weak = "; ".join(f"{each.ability} ({each.words})" for each in lacking[:3])
-        less = f"Less than half of what the reference has: {weak}."
-        if lacking or not noted:
-            said.append(less if lacking else "Of what was measured it has half or more.")
-        names = "; ".join(each.ability for each in unmeasured)
-        said.append(f"Not measured: {names}." if unmeasured else "Everything was measured.")
+        if weak:
+            said.append(f"Less than half of what the reference has: {weak}.")
+        elif not noted:
+            said.append("Of what was measured it has half or more.")
+        names = "; ".join(each.ability for each in self.lines if each.score is None)
+        said.append(f"Not measured: {names}." if names else f"All {len(measured)} asked for were measured.")
         return said
 
     def as_json(self) -> str:
@@ -224,15 +167,12 @@ class Card:
             values = json.loads(Path(path).read_text(encoding="utf-8-sig"))
             if not isinstance(values, dict) or "checksum" not in values:
                 raise ValueError("it has no checksum")
-            whole = values.pop("checksum") == checksum(values)
-            if whole:
-                card: Self = _read(cls, values, "card")
-                if why := _impossible(card):
-                    raise ValueError(why)
+            if values.pop("checksum") != checksum(values):
+                raise ValueError("it was changed after it was written, since its checksum does not fit")
+            card: Self = _read(cls, values, "card")
+            _check(card)
         except (OSError, ValueError, RecursionError) as error:
             raise CardError(f"{path} is no card of the suite: {error}; `llf suite --card` writes one") from None
-        if not whole:
-            raise CardError(f"{path} was changed after it was written: its checksum does not fit; write it anew")
         return card
 
     def table(self) -> list[list[str]]:
@@ -241,7 +181,9 @@ class Card:
         for each in self.lines:
             places = ", ".join(f"{place} {value:.2f}" for place, value in each.places.items())
             silence = f"{each.silence.words}, p {each.silence.chance}" if each.silence else ""
-            rows.append([each.ability, each.words, each.chance, each.power, silence, places])
+            finds = "" if not each.spread else "none" if each.finds is None else f"{each.finds:.2f}"
+            chance = f"{each.chance}{' (of a loss)' * (each.alike is not None)}"
+            rows.append([each.ability, each.words, chance, finds, silence, places])
         silent = any(each.silence is not None for each in self.lines)
         return [row if silent else row[:4] + row[5:] for row in rows]
 
@@ -272,12 +214,11 @@ class Card:
 
         from llf_teacher.studies.report.plots import STYLE, Pane, panel_plot
 
-        file, rows, dots, scale = io.StringIO(), [], {}, "0: none of it, 1: as the reference"
-        for each in self.lines:
-            rows.append(each.ability if each.score is not None else f"{each.ability} (not measured)")
-            if each.score is not None:
-                low, high = (math.nan if end is None else end for end in (each.low, each.high))
-                dots[each.ability, self.role] = Estimate(each.score, low, high, each.seeds)
+        file, dots, scale = io.StringIO(), {}, "0: none of it, 1: as the reference"
+        rows = [f"{each.ability}{' (not measured)' * (each.score is None)}" for each in self.lines]
+        for each in (each for each in self.lines if each.score is not None):
+            low, high = (math.nan if end is None else end for end in (each.low, each.high))
+            dots[each.ability, self.role] = Estimate(each.score or 0.0, low, high, each.seeds)
         with style.context(STYLE):
             figure = panel_plot([Pane(f"{self.student:.70}", scale, dots)], rows, [self.role], "score")
             figure.axes[0].axvline(1, color="0.5", linestyle=":", zorder=0)
@@ -301,32 +242,22 @@ class Card:
         path.write_text(getattr(self, FORMATS[path.suffix])(), encoding="utf-8")
 
 
+def adjusted(p: Sequence[float | None]) -> list[float | None]:
+    """p-values after Holm's correction for all that are there."""
+    there = iter(holm([each for each in p if each is not None]))
+    return [None if each is None else next(there) for each in p]
+
+
 def check_file(path: Path) -> None:
     """Check, before the suite is played, that a card can be written to this file.
 
     Raises:
-        ValueError: there is no such format.
-        FileNotFoundError: there is no such folder.
+        ValueError, FileNotFoundError: there is no such format, or no such folder.
     """
     if path.suffix not in FORMATS:
         raise ValueError(unknown("format of a card", path.suffix, FORMATS))
     if not path.absolute().parent.is_dir():
         raise FileNotFoundError(f"the folder {path.absolute().parent} of the card does not exist; make it first")
-
-
-def check(path: Path | str, digest: str) -> Card:
-    """The card in a file, if it is whole and of this suite.
-
-    Raises:
-        CardError: it is no card, was changed, or is of another version of the suite.
-    """
-    card = Card.load(path)
-    if card.digest != digest:
-        raise CardError(
-            f"{path} is of {card.suite} with the digest {card.digest}, this release has {digest}: "
-            "their scores cannot be compared; take the suite again"
-        )
-    return card
 
 
 def _read(type_: Any, value: Any, where: str, ends: tuple[float, float] = (-_MOST, _MOST)) -> Any:
@@ -351,59 +282,20 @@ def _read(type_: Any, value: Any, where: str, ends: tuple[float, float] = (-_MOS
     return value
 
 
-def _impossible(card: Card) -> str:
-    """Why a card cannot be, though its values have the right types; empty if it can."""
+def _check(card: Card) -> None:
+    """Raise a ValueError if a card cannot be, though its values have the right types."""
     names = [each.name for each in card.lines]
     if not names or len({*names}) < len(names):
-        return f"it must have lines of different names, got {', '.join(names) or 'none'}"
+        raise ValueError(f"it must have lines of different names, got {', '.join(names) or 'none'}")
     if lacking := sorted({*_COUNTED} - {*card.cost}):
-        return f"its cost lacks {', '.join(lacking)}"
-    for each in card.lines:
-        for part in filter(None, (each, each.silence)):
-            there = [end for end in (part.low, part.score, part.high) if end is not None]
-            if len(there) == 2 or there != sorted(there):
-                return f"the line {each.name} must have a score in its interval, got {', '.join(map(str, there))}"
-        if each.score is not None and each.seeds < LEAST:
-            return f"the line {each.name} must have a score by {LEAST} seeds at least, got {each.seeds}"
-    return ""
-
-
-def _line(name: str, ability: str, score: Score, p: Sequence[float | None], tests: int) -> AbilityLine:
-    finds = least_effect(score.seeds, score.spread, _ALPHA / tests) if score.measured else math.inf
-    return AbilityLine(
-        **_parts(name, ability, score, p[0]),
-        finds=finds if math.isfinite(finds) else None,
-        silence=ScoreLine(**_parts(name, ability, score.silence, p[1])) if score.silence else None,
-        moments_p=p[2],
-        seeds=score.seeds,
-        places=dict(score.places),
-        alike=score.alike,
-    )
-
-
-def _parts(name: str, ability: str, score: Score, p: float | None) -> dict[str, Any]:
-    """The fields of a `ScoreLine`."""
-    numbers = {"score": score.value, "low": score.low, "high": score.high}
-    finite = {each: value if math.isfinite(value) else None for each, value in numbers.items()}
-    return {"name": name, "ability": ability, "p": p, "why": score.why, **finite}
-
-
-def _place(trace: str) -> str:
-    """The last line outside of this project in a traceback, such as ` (my_agent.py, line 7)`; empty without one."""
-    ours = [Path(llf_teacher.__file__).parents[1] / name for name in ("llf_teacher", "pz_envs", "teachers", "worlds")]
-    lines = [(Path(file), line) for file, line in re.findall(r'File "(.+)", line (\d+)', trace)]
-    there = [f" ({file.name}, line {line})" for file, line in lines if not any(map(file.is_relative_to, ours))]
-    return there[-1] if there else ""
-
-
-def _for_certain(each: AbilityLine) -> bool:
-    """Whether an ability is there: what it saves is significant, or both lessons are alike."""
-    if each.alike is not None:
-        return each.alike
-    experiment = all_experiments().get(each.name)
-    if each.low is None and experiment is not None and experiment.offset:  # p is not that of the ability
-        return False
-    return each.above
+        raise ValueError(f"its cost lacks {', '.join(lacking)}")
+    for line in card.lines:
+        for each in filter(None, (line, line.silence)):
+            ends = [end for end in (each.low, each.score, each.high) if end is not None]
+            if len(ends) == 2 or ends != sorted(ends):
+                raise ValueError(f"the line {line.name} must have a score in its interval, got {ends}")
+            if each.score is not None and each.seeds < LEAST:
+                raise ValueError(f"the line {line.name} must have a score by {LEAST} seeds at least, got {each.seeds}")
 
 
 def checksum(values: Any) -> str:

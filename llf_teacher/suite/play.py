@@ -4,9 +4,7 @@ import hashlib
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, TypeVar
 
 import numpy as np
@@ -21,8 +19,8 @@ from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.limits import Limits
 from llf_teacher.studies.execution.runner import RunOptions
 from llf_teacher.suite.card import Card, checksum
-from llf_teacher.suite.experiment import SILENT, TURNS, Experiment, all_experiments
-from llf_teacher.suite.places import ARMS, HOUSE
+from llf_teacher.suite.experiment import TURNS, Experiment, all_experiments
+from llf_teacher.suite.places import ARMS, HOUSE, OPTIONS
 from llf_teacher.suite.score import LEVELS, Arms, Score, score
 from teachers.common import FACTS
 from teachers.spec import unknown
@@ -30,7 +28,7 @@ from teachers.spec import unknown
 VERSION = "suite-v1"
 """Worlds, seeds, teachers, references and thresholds of this name never change; `digest` is that of all of them."""
 QUICK_SEEDS, QUICK_TURNS = 8, 5
-QUICK: Mapping[str, str] = MappingProxyType({"advice": HOUSE, "hints": ARMS, "silence": ARMS, "turncoat": ARMS})
+QUICK = {"advice": HOUSE, "hints": ARMS, "silence": ARMS, "turncoat": ARMS}
 """The experiments of `quick`, each in the environment in which the reference's contrast exceeds its noise most."""
 FIRST_SEED = 500_000
 """First seed of the suite without a key."""
@@ -39,16 +37,14 @@ T = TypeVar("T")
 
 def digest() -> str:
     """A digest of all that decides a score."""
-    decides = {name: each.as_dict() for name, each in all_experiments().items()}
-    values = [VERSION, decides, QUICK_SEEDS, QUICK_TURNS, dict(QUICK), FIRST_SEED, TURNS, LEVELS, FACTS]
-    return checksum(values)
+    decides = {name: [vars(each), each.arms] for name, each in all_experiments().items()}
+    seeds = seeds_of(), seeds_of("a key", quick=True)
+    return checksum([VERSION, decides, seeds, QUICK_TURNS, QUICK, TURNS, LEVELS, FACTS, OPTIONS])
 
 
 def seeds_of(key: str = "", quick: bool = False) -> tuple[int, ...]:
     """The seeds of the worlds; those of a key are others of the same kind."""
-    first = FIRST_SEED
-    if key:
-        first = 1_000_000 + int.from_bytes(hashlib.sha256(key.encode()).digest()[:4]) * 100
+    first = 1_000_000 + int.from_bytes(hashlib.sha256(key.encode()).digest()[:4]) * 100 if key else FIRST_SEED
     return tuple(range(first, first + (QUICK_SEEDS if quick else max(e.seeds for e in all_experiments().values()))))
 
 
@@ -69,9 +65,8 @@ def named(what: str, names: Sequence[str], there: Mapping[str, T]) -> dict[str, 
     Raises:
         ValueError: an unknown name of `what`.
     """
-    for name in names:
-        if name not in there:
-            raise ValueError(unknown(what, name, there))
+    if odd := [name for name in names if name not in there]:
+        raise ValueError(unknown(what, odd[0], there))
     return {name: each for name, each in there.items() if name in (names or there)}
 
 
@@ -100,29 +95,27 @@ def _study_of(
     students: Sequence[str], asked: Sequence[Experiment], ids: Sequence[str], seeds: Sequence[int], turns: int
 ) -> Study:
     """The study in some environments of experiments that have the same lessons; in a town there is one seed."""
-    teachers = tuple(dict.fromkeys(teacher for each in asked for teacher in each.teachers))
+    teachers = tuple(dict.fromkeys(teacher for each in asked for teacher in (*each.arms, *(each.unit or ()))))
     references = tuple(dict.fromkeys(each.reference for each in asked))
     town = {"town": seeds[0]} if asked[0].town else {}
-    options = {id: {**asked[0].options.get(id, {}), **town} for id in ids if town or id in asked[0].options}
+    options = {id: own for id in ids if (own := {**OPTIONS.get(id, {}), **town})}
     common: dict[str, Any] = {"ids": ids, "seeds": seeds, "max_turns": turns, "options": options}
     if not asked[0].lessons:
-        able = (
-            each for each in (*references, *students) if not any(_unable(each, id, options.get(id, {})) for id in ids)
-        )
+        able = (each for each in (*references, *students) if not any(_unable(each, id) for id in ids))
         return Study(teachers=teachers, students=tuple(dict.fromkeys(able)), **common)
     able = (each for each in students if parse_student(each).remembers)
     taught = {"students": list(dict.fromkeys((*references, *able))), "teachers": list(teachers)}
-    lessons = {"lessons": [asked[0].lessons], "worlds": [asked[0].worlds], **taught}
+    lessons = {"lessons": [1], "worlds": [asked[0].lessons], **taught}
     return Study(teachers=(TESTER,), students=references, transfer=lessons, **common)  # also lessons beside its tests
 
 
-def _unable(spec: str, id: str, options: Mapping[str, Any]) -> str:
+def _unable(spec: str, id: str) -> str:
     """Why a student cannot play here; empty if it can, or if only its episodes tell, as of one that draws no worlds."""
     student, place = parse_student(spec), entry(id)
     why = place.family.missing()
     if student.draws_worlds and not why:
         try:
-            student.seat(place.family, place.family.make_world(**{**place.options, **options}))
+            student.seat(place.family, place.family.make_world(**{**place.options, **OPTIONS.get(id, {})}))
         except ValueError as error:
             why = f"{error}"
     return why
@@ -158,14 +151,8 @@ def take(
     spec, experiments, seeds = student_spec(student), chosen(names, quick), seeds_of(key, quick)
     studies = studies_of([spec], experiments, seeds, QUICK_TURNS if quick else TURNS)
     rows, lost = played(studies, store, workers, progress, turn_seconds)
-    forgets = not parse_student(spec).remembers
-    scores = {
-        name: Score(np.nan, why="the student does not remember earlier episodes")
-        if each.lessons and forgets
-        else scored(each, spec, rows, seeds)
-        for name, each in experiments.items()
-    }
-    return Card.of(spec, scores, rows, lost, suite=VERSION, digest=digest(), key=key, quick=quick)
+    scores = {name: scored(each, spec, rows, seeds) for name, each in experiments.items()}
+    return Card.of(spec, experiments, scores, rows, lost, suite=VERSION, digest=digest(), key=key, quick=quick)
 
 
 def played(
@@ -178,17 +165,20 @@ def played(
 ) -> tuple[list[Mapping[str, Any]], list[Mapping[str, Any]]]:
     """Play what the store lacks of the studies, and give the rows of their episodes and of those that failed.
 
-    Args:
-        studies: in the order in which they are played.
-        store, workers, progress, turn_seconds: as in `take`; the progress is that of all studies.
-        most: number of failures, after which no other study begins, and the first ends the study that plays.
+    The arguments are those of `take`, and the progress is that of all studies. After `most` failures no other study
+    begins, and the first ends the study that plays.
     """
     options = RunOptions(limits=Limits(turn_seconds=turn_seconds), retry_failed=True, fail_fast=math.isfinite(most))
     each_keys = [(study, {each.key for each in study.episodes()}) for study in studies]
     keys, done = set[str]().union(*(own for _, own in each_keys)), 0
     lost: list[Mapping[str, Any]] = []
+
+    def show(of_study: int, _: int) -> None:
+        if progress is not None:
+            progress(done + of_study, len(keys))
+
     for study, own in each_keys:
-        with run(study, store, workers, progress and partial(_add, progress, done, len(keys)), options) as results:
+        with run(study, store, workers, show, options) as results:
             lost += [each for each in results.failures() if each["key"] in own]
         done += len(own)
         if len(lost) >= most:
@@ -197,42 +187,38 @@ def played(
         return [row for row in results.rows() if row["key"] in keys], lost
 
 
-def _add(progress: Callable[[int, int], None], before: int, total: int, done: int, _: int) -> None:
-    progress(before + done, total)
-
-
 def scored(experiment: Experiment, student: str, rows: Iterable[Mapping[str, Any]], seeds: Sequence[int]) -> Score:
     """The score of a student in an experiment, from the rows of a store."""
+    if experiment.lessons and not parse_student(student).remembers:
+        return Score(why="the student does not remember earlier episodes")
     seeds = seeds[: experiment.seeds]
-    found: dict[tuple[str, str, str], dict[int, Mapping[str, Any]]] = {}
-    for row in rows:
-        if (row["lessons"], row["worlds"]) != (experiment.lessons, experiment.worlds if experiment.lessons else ""):
-            continue
-        found.setdefault((row["id"], row["teacher"], row["student"]), {})[row["seed"]] = row
+    asked = (row for row in rows if row["worlds"] == experiment.lessons)
+    found: dict[tuple[object, ...], Mapping[str, Any]] = {
+        (row["id"], row["teacher"], row["student"], row["seed"]): row for row in asked
+    }
 
-    def regrets(id: str, teacher: str, who: str) -> NDArray[np.float64]:
+    def regrets(*lesson: str) -> NDArray[np.float64]:
         """Per seed what is lost in the turns that count; NaN where the episode is missing."""
-        lessons = found.get((id, teacher, who), {})
-        lost = {seed: math.fsum(row["regrets"][experiment.since :]) for seed, row in lessons.items()}
-        return np.array([lost.get(seed, np.nan) for seed in seeds])
+        played = (found.get((*lesson, seed)) for seed in seeds)
+        return np.array([math.fsum(row["regrets"][experiment.since :]) if row else np.nan for row in played])
 
-    def unread(id: str, teacher: str) -> float:
+    def unread(*lesson: str) -> float:
         """The share of turns whose answer was no action."""
-        lessons = found.get((id, teacher, student), {}).values()
-        turns = sum(row["turns"] for row in lessons)
-        return sum(row["parse_failures"] for row in lessons) / turns if turns else 0.0
+        played = [row for seed in seeds if (row := found.get((*lesson, seed)))]
+        return float(sum(row["parse_failures"] for row in played) / max(1, sum(row["turns"] for row in played)))
 
-    better, worse = experiment.unit or (experiment.better, experiment.worse)
+    better, worse, silent = experiment.arms
+    unit = experiment.unit or (better, worse)
     arms = {
         id: Arms(
-            better=regrets(id, experiment.better, student),
-            worse=regrets(id, experiment.worse, student),
-            unit_better=regrets(id, better, experiment.reference),
-            unit_worse=regrets(id, worse, experiment.reference),
-            silent=None if experiment.offset else regrets(id, SILENT, student),
-            unread={teacher: unread(id, teacher) for teacher in experiment.arms},
-            missing=_unable(student, id, experiment.options.get(id, {})),
+            better=regrets(id, better, student),
+            worse=regrets(id, worse, student),
+            unit_better=regrets(id, unit[0], experiment.reference),
+            unit_worse=regrets(id, unit[1], experiment.reference),
+            silent=regrets(id, silent, student),
+            unread={teacher: unread(id, teacher, student) for teacher in experiment.arms},
+            missing=_unable(student, id),
         )
         for id in experiment.ids
     }
-    return score(arms, experiment.offset, experiment.margin)
+    return score(arms, experiment.margin)

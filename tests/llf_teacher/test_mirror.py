@@ -16,19 +16,32 @@ from llf_teacher.models.testing import ScriptedEndpoint
 from llf_teacher.registry import entry
 from llf_teacher.suite.card import Card
 from llf_teacher.suite.estimate import estimate_teacher
-from llf_teacher.suite.mirror import TeacherCard, all_qualities, digest, qualities, take
+from llf_teacher.suite.mirror import TeacherCard, all_qualities, digest, play, qualities, take
 from llf_teacher.suite.mirror.qualities.fades import _fading
 from llf_teacher.suite.mirror.quality import ORDER, TaughtEpisode, TaughtWorld, claims_of
 from llf_teacher.suite.places import ARMS
 from teachers.atoms import Utterance
 from teachers.personality import parse_personality
 
-DIGEST = "9a8e949bc7d58bb1"
+DIGEST = "5afb1386780fa2ad"
 
 
 def test_the_digest_is_that_of_the_version():
     """If not, a score means something else: give the mirror another version."""
     assert digest() == DIGEST
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        *((name, "other") for name in ("ARMS", "HOUSE", "FILMS", "OPTIONS")),
+        ("TURNS", 13),
+        ("seeds_of", lambda *_: [1, 2]),
+    ],
+)
+def test_what_decides_a_score_is_in_the_digest(monkeypatch, name, value):
+    monkeypatch.setattr(play, name, value)
+    assert digest() != DIGEST
 
 
 def test_every_module_is_a_quality():

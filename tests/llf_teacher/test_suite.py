@@ -20,16 +20,16 @@ from llf_teacher.registry import entry
 from llf_teacher.studies import Study, run
 from llf_teacher.studies.analysis.power import least_effect
 from llf_teacher.studies.analysis.resampling import sign_flips
-from llf_teacher.suite import Card, all_experiments, check, digest, experiments, take
+from llf_teacher.suite import Card, all_experiments, check, compare, digest, experiments, mirror, play, take
 from llf_teacher.suite.card import AbilityLine, CardError, checksum
-from llf_teacher.suite.comparing import _difference, checked, compare
+from llf_teacher.suite.comparing import _difference
 from llf_teacher.suite.estimate import estimate
 from llf_teacher.suite.experiment import ORDER
 from llf_teacher.suite.places import ARMS, HOUSE, OPTIONS
 from llf_teacher.suite.play import QUICK, chosen, seeds_of, studies_of
 from llf_teacher.suite.score import Arms, score
 
-DIGEST = "1a045dfd36d4bb23"
+DIGEST = "da950b6bb53bf294"
 
 
 def arms(better, worse, unit_better=0.0, unit_worse=10.0, n=20, noise=1.0, seed=0, **more):
@@ -44,6 +44,22 @@ def test_the_digest_is_that_of_the_version():
     assert digest() == DIGEST
 
 
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("FIRST_SEED", 1),
+        ("QUICK_SEEDS", 9),
+        ("OPTIONS", {}),
+        ("TURNS", 13),
+        ("FACTS", ()),
+        ("seeds_of", lambda *_, **__: ()),
+    ],
+)
+def test_what_decides_a_score_is_in_the_digest(monkeypatch, name, value):
+    monkeypatch.setattr(play, name, value)
+    assert digest() != DIGEST
+
+
 def test_every_module_is_an_experiment():
     assert sorted(ORDER) == sorted(each.name for each in iter_modules(experiments.__path__))
 
@@ -53,13 +69,12 @@ def test_an_experiment_is_complete(name):
     each = all_experiments()[name]
     assert len({entry(id).family.name for id in each.ids}) >= 2
     assert set(each.rests_on) <= set(all_experiments()) - {name}
-    assert each.offset in (0, 1)
     seeds = {id: list[int]() for id in each.ids}
     for study in studies_of(["random"], {name: each}):
         for id in study.ids:
             seeds[id] += study.seeds
             played = study.tests(id) if each.lessons else study.grid(id)
-            assert set(played.teachers) == set(each.teachers)  # the specs in the store's rows
+            assert set(played.teachers) == {*each.arms, *(each.unit or ())}  # the specs in the store's rows
             assert each.reference in played.students
     assert {tuple(each) for each in seeds.values()} == {seeds_of()[: each.seeds]}
 
@@ -76,18 +91,18 @@ def test_each_world_of_rules_is_in_a_town_of_its_own():
 
 
 def test_scores_of_known_losses():
-    assert score(arms(5, 10)).value == pytest.approx(0.5, abs=0.1)
-    assert score(arms(10, 10)).value == pytest.approx(0, abs=0.1)
-    assert score(arms(10, 15), offset=1.0).value == pytest.approx(0.5, abs=0.1)  # half of what the lies cost
-    assert score(arms(5, 5), offset=1.0, margin=0.2).alike
-    assert not score(arms(5, 10), offset=1.0, margin=0.2).alike
+    assert score(arms(5, 10)).score == pytest.approx(0.5, abs=0.1)
+    assert score(arms(10, 10)).score == pytest.approx(0, abs=0.1)
+    assert score(arms(10, 15), margin=0.2).score == pytest.approx(0.5, abs=0.1)  # half of what the lies cost
+    assert score(arms(5, 5), margin=0.2).alike
+    assert not score(arms(5, 10), margin=0.2).alike
     assert score(arms(5, 10)).p < 0.01
 
 
 def test_the_interval_has_the_noise_of_the_unit():
     """Over fresh draws it holds the truth about as often as it says, with a unit as noisy as the score."""
     found = [score(arms(5, 10, noise=4.0, seed=seed)) for seed in range(200)]
-    held = np.mean([each.low <= 0.5 <= each.high for each in found])
+    held = np.mean([each.low is not None and each.low <= 0.5 <= each.high for each in found])
     assert 0.88 <= held <= 0.99
 
 
@@ -103,7 +118,7 @@ def test_the_interval_has_the_noise_of_the_unit():
 )
 def test_what_was_not_measured_says_why(given, why):
     found = score(given)
-    assert not found.measured
+    assert found.score is None
     assert why in found.why
 
 
@@ -126,7 +141,9 @@ def test_a_place_that_cannot_be_measured_does_not_count():
 def test_an_ability_is_said_of_gains_beside_placebo_and_silence_alone(taught, placebo, silence, said):
     losses = arms(taught, placebo)["here"]
     silent = np.random.default_rng(1).normal(silence, 1.0, 20)
-    card = Card.of("it", {"blame": score({"here": losses._replace(silent=silent)})}, [], [], **SETTINGS)
+    card = Card.of(
+        "it", all_experiments(), {"blame": score({"here": losses._replace(silent=silent)})}, [], [], **SETTINGS
+    )
     (line,) = card.lines
     assert line.silence.score == pytest.approx((silence - taught) / 10, abs=0.15)
     assert any(said in each for each in card.sentences())
@@ -137,7 +154,9 @@ def test_an_ability_is_said_of_gains_beside_placebo_and_silence_alone(taught, pl
 def test_gains_that_are_not_significant_beside_silence_are_said_so():
     losses = arms(5, 7)["here"]
     noisy = losses.better + np.random.default_rng(1).normal(1.0, 9.0, 20)
-    card = Card.of("it", {"blame": score({"here": losses._replace(silent=noisy)})}, [], [], **SETTINGS)
+    card = Card.of(
+        "it", all_experiments(), {"blame": score({"here": losses._replace(silent=noisy)})}, [], [], **SETTINGS
+    )
     assert "does better than with the placebo, but not significantly better than in silence" in card.sentences()[1]
 
 
@@ -175,8 +194,30 @@ def test_the_reference_has_1_and_chance_has_0(store):
     best = take("obedient", store, ["advice", "turncoat"], quick=True, workers=1)
     assert [each.score for each in best.lines] == pytest.approx([1, 0])
     deaf = take("random", store, ["advice", "turncoat"], quick=True, workers=1)
-    assert [each.score for each in deaf.lines] == pytest.approx([0, 1])
+    assert [each.score for each in deaf.lines] == [pytest.approx(0), None]
+    assert "the teacher saves it nothing for certain, so that nothing can be lost" in deaf.lines[1].why
     assert "takes advice" in best.sentences()[0]
+
+
+class Believer:
+    """An agent that does what it heard last, and pulls the first arm in silence."""
+
+    text = True
+
+    def reset(self, rng):
+        """Nothing."""
+
+    def act(self, observation, info):
+        heard = re.findall(r"\b(?:north|east|south|west|\d)\b", observation["feedback"].lower())
+        return f"Response: {heard[-1] if heard else 0}"
+
+
+def test_a_believer_that_keeps_nothing_in_silence_does_not_notice_that_a_teacher_turns(store):
+    """It loses nothing by lies, as it had nothing left of the truth."""
+    card = take(Believer, store, ["advice", "turncoat"], quick=True, workers=1)
+    assert card.lines[0].score > 0.9
+    assert f"{ARMS}: the teacher saves it nothing for certain" in card.lines[1].why
+    assert ARMS not in card.lines[1].places
 
 
 def test_a_card_is_read_as_it_was_written(store, tmp_path):
@@ -184,9 +225,10 @@ def test_a_card_is_read_as_it_was_written(store, tmp_path):
     for suffix in (".json", ".md", ".svg", ".html"):
         card.write(tmp_path / f"card{suffix}")
     assert Card.load(tmp_path / "card.json").as_json() == card.as_json()
-    assert check(tmp_path / "card.json", digest()).student == "obedient"
+    assert check(tmp_path / "card.json").student == "obedient"
+    replace(card, digest="0").write(tmp_path / "other.json")
     with pytest.raises(CardError, match="cannot be compared"):
-        check(tmp_path / "card.json", "0")
+        check(tmp_path / "other.json")
     text = (tmp_path / "card.json").read_text()
     (tmp_path / "card.json").write_text(text.replace('"score": 1.0', '"score": 1.5', 1))
     with pytest.raises(CardError, match="changed after it was written"):
@@ -205,7 +247,7 @@ IN_THE_LINE = [
     ({"high": float("inf")}, "got inf"),
     ({"p": 7}, "p must be from 0 to 1, got 7"),
     ({"moments_p": -0.1}, "from 0 to 1"),
-    ({"silence": {}}, "silence: missing or unknown: ability"),
+    ({"silence": {}}, "silence: missing or unknown: alike"),
     ({"low": 5.0, "high": -5.0}, "a score in its interval"),
     ({"score": 3.0}, "a score in its interval"),
     ({"low": None}, "a score in its interval"),
@@ -246,13 +288,13 @@ def test_a_card_that_cannot_be_is_refused(tmp_path, store, change, why):
         (values if (change, why) in IN_THE_CARD else values["lines"][0]).update(change)
     (tmp_path / "card.json").write_text(json.dumps(values | {"checksum": checksum(values)}))
     with pytest.raises(CardError, match=re.escape(why)):
-        checked(tmp_path / "card.json", digest())
+        check(tmp_path / "card.json")
 
 
 def test_a_card_with_a_byte_order_mark_is_read_and_one_without_a_checksum_is_not(tmp_path, store):
     text = take("obedient", store, ["advice"], quick=True, workers=1).as_json()
     (tmp_path / "card.json").write_text(text, encoding="utf-8-sig")
-    assert check(tmp_path / "card.json", digest()).student == "obedient"
+    assert check(tmp_path / "card.json").student == "obedient"
     (tmp_path / "card.json").write_text(text.replace('"checksum"', '"sum"'))
     with pytest.raises(CardError, match="it has no checksum"):
         Card.load(tmp_path / "card.json")
@@ -474,21 +516,24 @@ def test_cards_are_compared_and_checked(store, tmp_path):
     files = [f"{tmp_path / name}.json" for name in ("obedient", "random")]
     for name, file in zip(("obedient", "random"), files, strict=True):
         take(name, store, ["advice"], quick=True, workers=1).write(Path(file))
-    (found,) = compare(*files, digest())
+    (found,) = compare(*files)
     assert found.score == pytest.approx(-1)
     assert found.p < 0.01
-    with pytest.raises(CardError, match="cannot be compared"):
-        compare(*files, "0")
+    mirror.take("oracle", store, ["pushback"], quick=True, workers=1).write(tmp_path / "oracle.json")
+    with pytest.raises(
+        CardError, match=r"oracle.json is of mirror-v1, .*obedient.json of suite-v1: one is a student's"
+    ):
+        compare(tmp_path / "oracle.json", files[0])
     result = CliRunner().invoke(app, ["suite", "compare", *files])
     assert "-1.00 [" in result.output
     result = CliRunner().invoke(app, ["suite", "check", *files])
     assert "of obedient." in result.output
     take("random", store, ["turncoat"], quick=True, workers=1).write(Path(files[1]))
     with pytest.raises(CardError, match="no ability in common: advice; turncoat"):
-        compare(*files, digest())
+        compare(*files)
     replace(Card.load(files[0]), quick=False).write(Path(files[1]))
     with pytest.raises(CardError, match=r"obedient.json is of the quick suite, .*random.json is not"):
-        compare(*files, digest())
+        compare(*files)
 
 
 def test_a_suite_without_a_student_says_what_to_give():

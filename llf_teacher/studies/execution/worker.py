@@ -2,8 +2,10 @@
 
 import os
 import random
+import sysconfig
 import traceback
 from collections.abc import Mapping
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +16,9 @@ from llf_teacher.models import LLMError, NoAnswerError, SpendingLimitError
 from llf_teacher.studies.execution.executors import Process
 from llf_teacher.studies.execution.limits import Clock, Limits, TimeIsUp, within_memory
 from llf_teacher.studies.execution.play import close_lessons, play
+
+_OWN = [Path(__file__).parents[3] / name for name in ("llf_teacher", "pz_envs", "teachers", "worlds")]
+_OWN.append(Path(sysconfig.get_path("stdlib")))
 
 
 class Stop(NamedTuple):
@@ -54,7 +59,7 @@ def run_episode(spec: EpisodeSpec, limits: Limits = Limits()) -> Packed | Failur
     except TimeIsUp as error:
         clock.stop()
         Process.spoiled = True
-        return failure("time", f"{error}", traceback.format_exc())
+        return failure("time", f"{error}{_place(error)}", traceback.format_exc())
     except MemoryError as error:
         Process.spoiled = True
         most = "" if limits.memory is None else f"of {limits.memory} MB "
@@ -62,7 +67,7 @@ def run_episode(spec: EpisodeSpec, limits: Limits = Limits()) -> Packed | Failur
     except BaseException as error:  # an agent may raise anything
         if isinstance(error, KeyboardInterrupt) and not Process.owned:
             raise
-        return failure("raised", _repr(error), traceback.format_exc())
+        return failure("raised", f"{_repr(error)}{_place(error)}", traceback.format_exc())
 
 
 def describe_episode(spec: EpisodeSpec) -> str:
@@ -75,3 +80,10 @@ def _repr(error: BaseException) -> str:
         return repr(error)
     except Exception:  # its own `__repr__` may raise
         return type(error).__name__
+
+
+def _place(error: BaseException) -> str:
+    """The last line of others' code that an error passed, such as ` (my_agent.py, line 7)`; empty without one."""
+    files = [(Path(frame.filename), frame.lineno) for frame in traceback.extract_tb(error.__traceback__)]
+    others = [f" ({file.name}, line {line})" for file, line in files if not any(map(file.is_relative_to, _OWN))]
+    return others[-1] if others else ""

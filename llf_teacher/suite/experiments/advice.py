@@ -10,6 +10,5 @@ from llf_teacher.suite.experiment import Experiment
 EXPERIMENT = Experiment(
     ability="takes advice",
     better="only(kinds='fp')",
-    worse="only(kinds='fp') | placebo",
     reference="obedient",
 )

@@ -10,8 +10,6 @@ from llf_teacher.suite.experiment import Experiment
 EXPERIMENT = Experiment(
     ability="uses blame",
     better="only(kinds='hn')",
-    worse="only(kinds='hn') | placebo",
-    reference="reasoner(worlds=64)",
     seeds=40,
     rests_on=("silence",),
 )

@@ -10,7 +10,5 @@ from llf_teacher.suite.experiment import Experiment
 EXPERIMENT = Experiment(
     ability="combines hints that name no action",
     better="ruler",
-    worse="ruler | placebo",
-    reference="reasoner(worlds=64)",
     rests_on=("advice", "warnings", "silence"),
 )

@@ -10,8 +10,6 @@ from llf_teacher.suite.experiment import Experiment
 EXPERIMENT = Experiment(
     ability="credits late feedback to the right turn",
     better="only(kinds='hp+hn') | delayed(turns=2)",
-    worse="only(kinds='hp+hn') | delayed(turns=2) | placebo",
-    reference="reasoner(worlds=64)",
     seeds=40,
     rests_on=("praise", "blame"),
 )

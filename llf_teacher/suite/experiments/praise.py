@@ -11,8 +11,6 @@ from llf_teacher.suite.experiment import Experiment
 EXPERIMENT = Experiment(
     ability="uses praise",
     better="only(kinds='hp')",
-    worse="only(kinds='hp') | placebo",
-    reference="reasoner(worlds=64)",
     seeds=40,
     rests_on=("silence",),
 )

@@ -10,8 +10,7 @@ from llf_teacher.suite.experiment import Experiment
 EXPERIMENT = Experiment(
     ability="recalls in a later episode what it was taught",
     better="only(kinds='fp')",
-    worse="only(kinds='fp') | placebo",
     reference="obedient(forget=False)",
-    lessons=1,
+    lessons="same",
     rests_on=("advice", "silence"),
 )

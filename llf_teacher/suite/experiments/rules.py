@@ -12,10 +12,8 @@ from llf_teacher.suite.experiment import Experiment
 EXPERIMENT = Experiment(
     ability="carries rules to new worlds of a town",
     better="ruler",
-    worse="ruler | placebo",
     reference="reasoner(worlds=64, forget=False)",
-    lessons=1,
-    worlds="next",
+    lessons="next",
     rests_on=("advice", "warnings", "silence"),
     town=True,
 )

@@ -9,11 +9,9 @@ student that repeats its first action by habit keeps the advice, too.
 from llf_teacher.suite.experiment import Experiment
 from llf_teacher.suite.places import ARMS, FILMS
 
-_TEACHER = "only(kinds='fp') | early(budget=1)"
 EXPERIMENT = Experiment(
     ability="keeps what it was taught when the teacher falls silent",
-    better=_TEACHER,
-    worse=f"{_TEACHER} | placebo",
+    better="only(kinds='fp') | early(budget=1)",
     reference="obedient",
     since=2,
     rests_on=("advice",),

@@ -11,8 +11,6 @@ EXPERIMENT = Experiment(
     ability="is not distracted by words that say nothing",
     better="oracle",
     worse="oracle | verbose",
-    reference="reasoner(worlds=64)",
-    offset=1.0,
     margin=0.2,
     unit=("oracle", "silent"),
     rests_on=("advice",),

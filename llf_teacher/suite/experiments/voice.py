@@ -11,8 +11,6 @@ EXPERIMENT = Experiment(
     ability="understands another voice as well",
     better="oracle",
     worse="oracle | voice(tone='curt')",
-    reference="reasoner(worlds=64)",
-    offset=1.0,
     margin=0.2,
     unit=("oracle", "oracle | placebo"),
     rests_on=("advice",),

@@ -10,6 +10,4 @@ from llf_teacher.suite.experiment import Experiment
 EXPERIMENT = Experiment(
     ability="heeds warnings",
     better="only(kinds='fn')",
-    worse="only(kinds='fn') | placebo",
-    reference="reasoner(worlds=64)",
 )

@@ -1,19 +1,20 @@
 """The mirror as studies, and the scores of a teacher from the episodes that were played."""
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from llf_teacher import suite
 from llf_teacher.episodes.record import READINGS
 from llf_teacher.registry import entry
 from llf_teacher.speakers.parsing import needed_of, speaks_freely
-from llf_teacher.studies import Results, load
+from llf_teacher.studies import load
 from llf_teacher.studies.analysis.statistics import LEAST
 from llf_teacher.studies.definition.custom_specs import parse_teacher, teacher_spec
 from llf_teacher.studies.definition.design import NEXT, TESTER
@@ -21,7 +22,7 @@ from llf_teacher.studies.definition.study import Study
 from llf_teacher.suite.card import Card, checksum
 from llf_teacher.suite.experiment import TURNS
 from llf_teacher.suite.mirror.quality import Quality, TaughtEpisode, TaughtWorld, all_qualities
-from llf_teacher.suite.places import OPTIONS
+from llf_teacher.suite.places import ARMS, FILMS, HOUSE, OPTIONS
 from llf_teacher.suite.play import named, played, seeds_of
 from llf_teacher.suite.score import LEVELS, Arms, Score, score
 from pz_envs.checking import ALONE, share_false
@@ -32,7 +33,10 @@ VERSION = "mirror-v1"
 SEEDS, QUICK_SEEDS = 20, 10
 FAILURES = 3
 """Failures after which no more lessons begin: a quality that lacks a world is not measured anyway."""
-_HERE = Path(__file__).parent
+_LESSON = ("lessons", "draws", "id", "teacher", "student", "seed")
+"""What identifies an episode here: whether it is a test after a lesson, the measure, and who met where."""
+Episodes = Callable[..., TaughtEpisode]
+"""The episode of what `_LESSON` names; a KeyError if it was not played."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,11 +47,6 @@ class TeacherCard(Card):
     about: ClassVar[str] = "what it is worth to known students"
     scored: ClassVar[str] = "quality"
 
-    @classmethod
-    def ability_of(cls, name: str) -> str:
-        """What a teacher with the quality does."""
-        return all_qualities()[name].ability
-
     def settings(self) -> str:
         """Also how much was read of its words without claims."""
         from llf_teacher.studies.report.parts.accounting import own_words  # imports Matplotlib
@@ -56,27 +55,19 @@ class TeacherCard(Card):
         own = own_words({name: int(self.cost.get(name, 0)) for name in READINGS}, bounds)
         if own is None:
             return super().settings()
-        low, high = own.bounds
         return (
             f"{super().settings()} Of {own.sentences} sentences without claims {own.read:.0%} were read; of these "
-            f"{own.false:.0%} were false, with the reader's own errors {low:.0%} to {high:.0%}."
+            f"{own.false:.0%} were false, with the reader's own errors {own.bounds[0]:.0%} to {own.bounds[1]:.0%}."
         )
 
 
 def digest() -> str:
-    """A digest of all that decides a score: of the files that define what is counted and with whom, as they are."""
-    files = [_HERE / "population.py", _HERE / "quality.py", *sorted((_HERE / "qualities").glob("*.py"))]
+    """A digest of all that decides a score: worlds, and the files that define what is counted and with whom."""
+    here = Path(__file__).parent
+    files = [here / "population.py", here / "quality.py", *sorted((here / "qualities").glob("*.py"))]
     texts = [file.read_text(encoding="utf-8") for file in files]
-    return checksum([VERSION, SEEDS, QUICK_SEEDS, TURNS, LEVELS, texts])
-
-
-def digest_for(path: Path | str) -> str:
-    """The digest that the card in a file should have: the mirror's for a teacher, else the suite's.
-
-    Raises:
-        CardError: it is no card, or was changed.
-    """
-    return digest() if Card.load(path).suite == VERSION else suite.digest()
+    worlds = ARMS, HOUSE, FILMS, OPTIONS, seeds_for(), seeds_for(quick=True, key="a key")
+    return checksum([VERSION, SEEDS, worlds, TURNS, LEVELS, texts])
 
 
 def take(
@@ -109,23 +100,29 @@ def take(
     seeds = seeds_for(quick, key, worlds)
     found, lost = played(studies_of(spec, asked.values(), seeds), store, workers, progress, turn_seconds, FAILURES)
     with load(store) as results:
-        lessons = _Lessons(results, {_lesson(row): row for row in found}, {})
-        scores = {name: _scored(each, spec, lessons, seeds) for name, each in asked.items()}
-        card = TeacherCard.of(spec, scores, found, lost, suite=VERSION, digest=digest(), key=key, quick=quick)
+        rows = {tuple(row[name] for name in _LESSON): row for row in found}
+
+        @cache
+        def episode(*lesson: object) -> TaughtEpisode:
+            row = rows[lesson]
+            return TaughtEpisode(row["regrets"], row["words"], results.turns(row["key"]))
+
+        scores = {name: _scored(each, spec, episode, seeds) for name, each in asked.items()}
+        card = TeacherCard.of(spec, asked, scores, found, lost, suite=VERSION, digest=digest(), key=key, quick=quick)
         if not speaks_freely(parse_teacher(spec)):
             return card
-        rows = [row for row in found if row["teacher"] == spec]
-        turns = [(row["seed"], turn) for row in rows for turn in results.turns(row["key"])]
+        own = [row for row in found if row["teacher"] == spec]
+        turns = [(row["seed"], turn) for row in own for turn in results.turns(row["key"])]
     paid = [turn["paid"] for _, turn in turns if turn["paid"]]
-    read: dict[int, list[tuple[str, bool]]] = {}
+    read: defaultdict[int, list[tuple[str, bool]]] = defaultdict(list)
     for seed, turn in turns:
-        said = [(each["text"], each["holds"] is False) for each in turn["readings"] or () if each["layer"] in ALONE]
-        read.setdefault(seed, []).extend(said)
+        alone = (each for each in turn["readings"] or () if each["layer"] in ALONE)
+        read[seed] += [(each["text"], each["holds"] is False) for each in alone]
     low, high = share_false(read.values())
-    cost = {name: sum(row[name] or 0.0 for row in rows) for name in READINGS} | {"answers": float(len(paid))}
-    cost |= {"least_false": low, "most_false": high}
-    usage = {name: math.fsum(each[name] or 0 for each in paid) for name in ("input_tokens", "output_tokens", "usd")}
-    return replace(card, cost={**card.cost, **cost, **usage})
+    cost = {"least_false": low, "most_false": high, "answers": float(len(paid))}
+    cost |= {name: sum(row[name] or 0.0 for row in own) for name in READINGS}
+    cost |= {name: math.fsum(each[name] or 0 for each in paid) for name in ("input_tokens", "output_tokens", "usd")}
+    return replace(card, cost={**card.cost, **cost})
 
 
 def seeds_for(quick: bool = False, key: str = "", worlds: int | None = None) -> tuple[int, ...]:
@@ -162,57 +159,38 @@ def _serves(id: str, teacher: str) -> bool:
     return entry(id).family.serves(needed_of(parse_teacher(teacher)), **OPTIONS.get(id, {}))
 
 
-def _lesson(row: Mapping[str, Any]) -> tuple[object, ...]:
-    """What identifies an episode here: whether it is a test after a lesson, the measure, and who met where."""
-    return tuple(row[name] for name in ("lessons", "draws", "id", "teacher", "student", "seed"))
+def _world(quality: Quality, id: str, teacher: str, seed: int, episode: Episodes) -> TaughtWorld | None:
+    """The lessons of a teacher in a world; None if one was not played."""
+    lesson = int(quality.town), quality.bits, id
+    try:
+        both = ([episode(*lesson, who, each, seed) for each in quality.students] for who in (teacher, TESTER))
+        return TaughtWorld(*both)
+    except KeyError:
+        return None
 
 
-class _Lessons(NamedTuple):
-    """The episodes of a store."""
-
-    results: Results
-    rows: Mapping[tuple[object, ...], Mapping[str, Any]]
-    """By `_lesson`."""
-    read: dict[str, TaughtEpisode]
-
-    def world(self, quality: Quality, id: str, teacher: str, seed: int) -> TaughtWorld | None:
-        """The lessons of a teacher in a world; None if one was not played."""
-        both = [
-            [self.rows.get((int(quality.town), quality.bits, id, who, student, seed)) for student in quality.students]
-            for who in (teacher, TESTER)
-        ]
-        found = [[self._episode(row) for row in rows if row] for rows in both]
-        return TaughtWorld(*found) if sum(map(len, found)) == 2 * len(quality.students) else None
-
-    def _episode(self, row: Mapping[str, Any]) -> TaughtEpisode:
-        key = row["key"]
-        if key not in self.read:
-            self.read[key] = TaughtEpisode(row["regrets"], row["words"], self.results.turns(key))
-        return self.read[key]
-
-
-def _scored(quality: Quality, teacher: str, lessons: _Lessons, seeds: Sequence[int]) -> Score:
+def _scored(quality: Quality, teacher: str, episode: Episodes, seeds: Sequence[int]) -> Score:
     """The score of a teacher in a quality."""
-    why: dict[str, str] = {}
-    found: dict[str, NDArray[np.float64]] = {}
+    found: dict[str, tuple[NDArray[np.float64], str]] = {}
+    shared = np.ones(len(seeds), bool)
     for id in quality.ids:
-        each_world = ((lessons.world(quality, id, who, seed) for seed in seeds) for who in (teacher, *quality.teachers))
-        worlds = [list(filter(None, row)) for row in each_world]
+        each_world = (
+            (_world(quality, id, who, seed, episode) for seed in seeds) for who in (teacher, *quality.teachers)
+        )
+        worlds, outcomes, why = [list(filter(None, row)) for row in each_world], np.zeros((3, len(seeds))), ""
         if not _serves(id, teacher):
-            why[id] = "the oracle lacks what the teacher needs"
-            continue
-        if missing := len(seeds) - min(map(len, worlds)):
-            why[id] = f"{missing} of {len(seeds)} worlds failed or were not played"
-            continue
-        outcomes = [quality.outcome(row) for row in worlds[: len(quality.teachers)]]  # without silence
-        found[id] = np.array([*outcomes, np.zeros(len(seeds))][:3])
-        if np.isfinite(found[id]).all(axis=0).sum() < LEAST:
-            why[id] = quality.absent
-            del found[id]
-    shared = np.all([np.isfinite(each).all(axis=0) for each in found.values()], axis=0) if found else np.zeros(0)
+            why = "the oracle lacks what the teacher needs"
+        elif missing := len(seeds) - min(map(len, worlds)):
+            why = f"{missing} of {len(seeds)} worlds failed or were not played"
+        else:
+            counted = [quality.outcome(row) for row in worlds[: len(quality.teachers)]]  # without silence
+            outcomes = np.array([*counted, np.zeros(len(seeds))][:3])
+            there = np.isfinite(outcomes).all(axis=0)
+            why = quality.absent if there.sum() < LEAST else ""
+            shared = shared if why else shared & there
+        found[id] = outcomes, why
     arms = {}
-    for id, each in found.items():
-        own, one, zero = -each[:, shared]
-        arms[id] = Arms(better=own, worse=zero, unit_better=one, unit_worse=zero)
-    scored = score(arms)
-    return scored._replace(why="; ".join((*(f"{id}: {each}" for id, each in why.items()), *filter(None, [scored.why]))))
+    for id, (outcomes, why) in found.items():
+        own, one, zero = -outcomes[:, shared]
+        arms[id] = Arms(better=own, worse=zero, unit_better=one, unit_worse=zero, missing=why)
+    return score(arms)

@@ -3,11 +3,9 @@
 Why: what is new and of no use is a burden. With students that do what is named, and nothing else. The bits are those of
 all claims, the regret is that of all turns; over worlds it is the ratio of their means, of which each world has its
 linear part (Cochran 1977, section 6.4). 0: it saves nothing; 1: as much a bit as advice. Prerequisite: a family with a
-posterior. Rests on truth and timing, on calibration, since a false certainty has more bits and saves no more, and on
-withstanding pushback: a student that does what is named does it again where it has become wrong, as a move in the next
-room, and false praise in place of help keeps it there. Confounds: what is known has no bits, and costs nothing here;
-students that combine hints can use more. The bits of words that were read are not known: a world in which there are
-some does not count.
+posterior. Rests on truth and timing, and on calibration, since a false certainty has more bits and saves no more.
+Confounds: what is known has no bits, and costs nothing here; students that combine hints can use more. The bits of
+words that were read are not known: a world in which there are some does not count.
 """
 
 from collections.abc import Sequence
@@ -38,5 +36,5 @@ QUALITY = Quality(
     students=(OBEDIENT, READER),
     reference="only(kinds='fp')",
     bits=32,
-    rests_on=("truth", "calibration", "timing", "pushback"),
+    rests_on=("truth", "calibration", "timing"),
 )
