@@ -7,7 +7,7 @@ import zlib
 
 import numpy as np
 import pytest
-from design import mark_sizes
+from design import mark_sizes, set_size
 from hypothesis import HealthCheck, settings
 
 import llf_teacher
@@ -23,11 +23,32 @@ settings.register_profile("same", _patient, derandomize=True)
 settings.load_profile("same")
 
 
+def pytest_configure(config):
+    """Before any test is imported, since many have amounts among their constants."""
+    set_size(config.getoption("markexpr"))
+
+
 @pytest.fixture
 def rng(request):
     """Draws of a test, of each run the same; with `--hypothesis-profile=new` others each time."""
     new = request.config.getoption("--hypothesis-profile") == "new"
     return np.random.default_rng(None if new else zlib.crc32(request.node.name.encode()))
+
+
+@pytest.fixture
+def short_trials():
+    """Planners try environments less, but for tests that ask for `long_trials`, and by `pytest -m full`."""
+    from trials import shorten  # imported late, as most tests plan nothing
+
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        shorten(monkeypatch)
+        yield monkeypatch
+
+
+@pytest.fixture
+def long_trials(short_trials):
+    """Planners try environments at full length: for tests of what is found by that alone."""
+    short_trials.undo()
 
 
 @pytest.hookimpl(tryfirst=True)

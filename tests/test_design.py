@@ -4,10 +4,14 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
-from design import cover
+import design
+import pytest
+from design import amount, cover, shown_by_families
 from shelf import FAMILIES, light, pairs
 
+from llf_teacher.registry import entries
 from teachers.personality import PERSONALITIES
 
 TESTS = Path(__file__).parent
@@ -50,6 +54,23 @@ def test_of_what_is_dear_it_has_what_nothing_cheaper_shows():
     assert {number for _, number in chosen} == set(range(9))
     assert 1 <= sum(family == "d" or number == 8 for family, number in chosen) <= 2
     assert 1 <= sum(family == "c" for family, _ in chosen) <= 2
+
+
+def test_amounts_are_whole_in_the_full_size_only(monkeypatch):
+    for size, expected in (("quick", 4), ("", 4), ("smoke", 4), ("full", 40)):
+        monkeypatch.setattr(design, "_size", "")
+        design.set_size(size)
+        assert amount(4, full=40) == expected
+
+
+@pytest.mark.parametrize("value", [lambda id, entry: id, lambda id, entry: entry], ids=["id", "entry"])
+def test_a_sweep_of_environments_shows_each_family_with_all_else(value):
+    rows = [(value(id, entry), other) for id, entry in entries().items() for other in "ab"]
+    cases = [SimpleNamespace(callspec=SimpleNamespace(params={"it": it, "other": other})) for it, other in rows]
+    chosen = cover(shown_by_families(cases), [0] * len(cases), "any")
+    assert len(chosen) == 2 * len(FAMILIES) < len(cases)
+    table = [SimpleNamespace(callspec=SimpleNamespace(params={"id": id})) for id in list(entries())[:3]]
+    assert shown_by_families([*table, SimpleNamespace()]) is None  # of one family, and a case without parameters
 
 
 def test_sizes_are_within_each_other_and_full_is_the_whole(tmp_path):

@@ -23,7 +23,7 @@ LEARN = "# Needs the extra `learn`"
 ELSEWHERE = tuple(f"# Needs the extra `{name}`" for name in ("trl", "gepa", "dspy"))  # tests/integrations runs them
 BLOCKS = [
     pytest.param(code, id=name, marks=[pytest.mark.full] if code.startswith(LEARN) else [])
-    for name, code in python_blocks().items()
+    for name, code in python_blocks(shown=False).items()
     if not code.startswith(ELSEWHERE)
 ]
 

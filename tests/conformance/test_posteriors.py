@@ -5,6 +5,7 @@ from functools import partial
 import gymnasium
 import numpy as np
 import pytest
+from design import amount, sampled
 from sampling import ENTRIES
 from towns import towns_of
 
@@ -20,14 +21,16 @@ from worlds.posteriors.bandits import BanditPosterior, Seen
 from worlds.posteriors.gridworld import GridworldPosterior
 
 ABLE = [each for each in ENTRIES if each.values[0].family.posterior]
-DEAR = {"alfworld": 40, "movies": 300}  # histories, each with 19 worlds
+DEAR = {"alfworld": amount(20, full=40), "movies": amount(150, full=300)}  # histories, each with 19 worlds
 TOWNS = [each for each in ABLE if towns_of(each.values[0])]
+
+of_each_family = sampled(lambda entry: {entry.family.name})
 
 
 @pytest.fixture
 def many_histories(monkeypatch):
     """So many that fresh seeds find each liar: of 40 runs, the greatest p-value was 1e-27, with 400 histories 2e-5."""
-    monkeypatch.setattr(kit, "HISTORIES", 1000)
+    monkeypatch.setattr(kit, "HISTORIES", amount(700, full=1000))
 
 
 def made(entry, **options):
@@ -36,12 +39,14 @@ def made(entry, **options):
     ), entry.family.make_posterior
 
 
+@sampled(lambda entry, check: {entry.id, (entry.family.name, check)})
 @pytest.mark.parametrize("check", kit.CHECKS[:-1], ids=lambda check: check.__name__)
 @pytest.mark.parametrize("entry", ABLE)
 def test_posteriors(entry, check):
     check(*made(entry))
 
 
+@of_each_family
 @pytest.mark.parametrize("entry", ABLE)
 def test_posteriors_are_calibrated(entry, monkeypatch):
     if entry.family.name in DEAR:
@@ -49,12 +54,14 @@ def test_posteriors_are_calibrated(entry, monkeypatch):
     kit.check_calibration(*made(entry))
 
 
+@sampled(lambda entry, check: {entry.id, (entry.family.name, check)})
 @pytest.mark.parametrize("check", kit.CHECKS[:-1], ids=lambda check: check.__name__)
 @pytest.mark.parametrize("entry", TOWNS)
 def test_posteriors_in_towns(entry, check):
     check(*made(entry, town=3))
 
 
+@of_each_family
 @pytest.mark.parametrize("entry", TOWNS)
 def test_posteriors_are_calibrated_in_towns(entry, monkeypatch):
     monkeypatch.setattr(kit, "HISTORIES", DEAR.get(entry.family.name, kit.HISTORIES) // 2)

@@ -4,7 +4,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from design import sampled
+from design import COSTLY, amount, sampled
 from gymnasium.utils.env_checker import check_env
 from sampling import ENTRIES, fewer, practice
 
@@ -42,7 +42,7 @@ def test_world(entry, check):
 @pytest.mark.parametrize("check", teacher_kit.CHECKS, ids=name)
 @pytest.mark.parametrize("entry", ENTRIES)
 def test_oracle(entry, check):
-    check(pupil(entry, turns=120))
+    check(pupil(entry, turns=amount(60, full=120)))
 
 
 @pytest.mark.full
@@ -110,15 +110,17 @@ def test_cross_of_options(entry, instruction_type, feedback_type, teacher):
 
 @pytest.mark.parametrize("entry", SHOWCASE, ids=name)
 def test_what_mistake_says_with_certainty_is_false(entry):
+    turns = amount(30 if entry.family.name in COSTLY else 120, full=300)
     feedback = [
         (atom, moment, lab)
-        for atom, moment, lab in pupil(entry, turns=300).atoms(personality="mistake(eps=1)")
+        for atom, moment, lab in pupil(entry, turns=turns).atoms(personality="mistake(eps=1)")
         if atom.kind is not None
     ]
-    assert len(feedback) > fewer(entry.family, 300)
+    assert len(feedback) > fewer(entry.family, turns)
     assert not [atom for atom, moment, lab in feedback if atom.claim.holds(moment, lab)]
 
 
+@sampled(lambda entry, settings, paraphrase: {(entry.id, str(settings)), (entry.id, str(paraphrase))})
 @pytest.mark.parametrize("entry", SHOWCASE, ids=name)
 @pytest.mark.parametrize("settings", [{"instruction_type": practice}, {"personality": "mistake"}], ids=["p", "mistake"])
 @pytest.mark.parametrize("paraphrase", ["random", 3, lambda templates, **slots: templates[-1].format(**slots)])

@@ -13,10 +13,13 @@ from pz_envs.seats import STUDENT, TEACHER
 from pz_envs.settings import Settings
 from teachers.atoms import ActionClaim, Atom, EditClaim, ParseFailure, PlanClaim, Utterance, claim
 
-FAMILY = next(family for family in all_families() if not family.repeated)
-WORLD = next(
-    world for family in all_families() if isinstance((world := family.make_world()).action_space, spaces.Discrete)
-)
+WORLDS = [
+    (family, world)
+    for family in all_families()
+    if isinstance((world := family.make_world()).action_space, spaces.Discrete)
+]
+FAMILY = next(family for family, _ in WORLDS if not family.repeated)
+WORLD = WORLDS[0][1]
 
 
 def maker(cls):

@@ -6,7 +6,7 @@ import gymnasium
 import lake
 import numpy as np
 import pytest
-from design import sampled
+from design import amount, sampled
 from lessons import episodes, lab, pupil, taught
 from shelf import FAMILIES, pairs
 
@@ -21,7 +21,7 @@ from teachers.personality import PERSONALITIES, parse_personality
 from teachers.testing import PERSONALITY_CHECKS
 from worlds.testing import plain
 
-TURNS = 40  # a pair: some worlds are slow
+TURNS = amount(20, full=40)  # a pair: some worlds are slow
 MORE = (
     "mistake(eps=1)",
     "sycophant(p=1)",
@@ -125,6 +125,6 @@ def test_a_users_own_environment_and_oracle_are_served(spec):
     if not lesson.serves(spec):
         assert parse_personality(spec).needs - lake.LakeOracle.abilities() in ({"hints"}, {"clues"}, {POSTERIOR})
         return
-    found = audit(lesson, spec, turns=18)
+    found = audit(lesson, spec, turns=amount(9, full=18))
     assert found.honest == parse_personality(spec).honest
     assert not found.caught, found.examples

@@ -4,6 +4,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from design import sampled
 from towns import TOWNS
 
 from llf_teacher import make
@@ -32,6 +33,7 @@ from worlds.world import WorldTurn
 
 pytestmark = pytest.mark.filterwarnings("ignore")
 HOUSE, ARMS = "llf-gridworld-v0", "llf-bandits-BanditTenArmedRandomFixed-v0"
+of_each_family = sampled(lambda entry: {entry.family.name})
 FRESH = int(np.random.SeedSequence().generate_state(1)[0])  # another town each time
 
 
@@ -66,6 +68,7 @@ def rules_in(entry, towns):
                 yield clue, moment, oracle
 
 
+@of_each_family
 @pytest.mark.parametrize("entry", TOWNS)
 def test_worlds_of_a_town_share_a_law(entry):
     towns = [made(entry, town=town)() for town in range(6)]
@@ -79,6 +82,7 @@ def test_worlds_of_a_town_share_a_law(entry):
     assert not law_of(opened(made(entry)(), 0))
 
 
+@sampled(lambda entry, town: {entry.family.name, town})
 @pytest.mark.parametrize("entry", TOWNS)
 @pytest.mark.parametrize("town", [-1, True, 1.5, "3"])
 def test_what_is_no_town_is_refused(entry, town):
@@ -86,11 +90,13 @@ def test_what_is_no_town_is_refused(entry, town):
         made(entry, town=town)()
 
 
+@of_each_family
 @pytest.mark.parametrize("entry", TOWNS)
 def test_a_town_is_a_world(entry):
     check_world(made(entry, town=FRESH))
 
 
+@of_each_family
 @pytest.mark.parametrize("entry", TOWNS)
 def test_the_law_is_not_seen(entry):
     """A drawn world has other laws, and the same observation and instruction."""
@@ -109,6 +115,7 @@ def test_the_law_is_not_seen(entry):
     assert len(laws) > 2
 
 
+@of_each_family
 @pytest.mark.parametrize("entry", TOWNS)
 def test_what_is_said_in_a_town_is_true(entry):
     few = 15 if entry.family.name in ("alfworld", "movies") else 40
@@ -117,6 +124,7 @@ def test_what_is_said_in_a_town_is_true(entry):
         check(pupil)
 
 
+@of_each_family
 @pytest.mark.parametrize("entry", TOWNS)
 def test_a_rule_means_what_worlds_of_its_town_show(entry):
     """So does the contrary, but for what these worlds happen to be silent about."""
@@ -133,6 +141,7 @@ def test_a_rule_means_what_worlds_of_its_town_show(entry):
             assert not (other.excludes(rule) and other.means(moment, oracle))
 
 
+@of_each_family
 @pytest.mark.parametrize("entry", TOWNS)
 def test_the_law_is_never_looked_up_to_check_a_rule(entry):
     """A rule holds or not whatever the truth says of the law."""
@@ -253,6 +262,7 @@ def test_arms_with_looks_have_no_arrays():
 
 
 @pytest.mark.full
+@of_each_family
 @pytest.mark.parametrize("entry", TOWNS)
 def test_seats_in_towns(entry):
     check_seats(partial(entry.family.env, **entry.options | dict(entry.family.posterior_needs), town=1))

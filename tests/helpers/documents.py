@@ -8,14 +8,20 @@ DOCUMENTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 
-def python_blocks():
+def python_blocks(*, shown=True):
     """The blocks of Python in the documents, each by the name of its document and its number there.
 
     A document is named by its file, or as `README.md` of a folder by that.
+
+    Args:
+        shown: also those before a block that shows what they print.
     """
-    return {
-        f"{path.parent.name if path.stem == 'README' and path.parent != ROOT else path.stem}-{number}": code
-        for path in DOCUMENTS
-        for number, (language, code) in enumerate(BLOCK.findall(path.read_text(encoding="utf-8")))
-        if language == "python"
-    }
+    found = {}
+    for path in DOCUMENTS:
+        name = path.parent.name if path.stem == "README" and path.parent != ROOT else path.stem
+        blocks = BLOCK.findall(path.read_text(encoding="utf-8"))
+        for number, (language, code) in enumerate(blocks):
+            printed = blocks[number + 1 : number + 2] and blocks[number + 1][0] == "output"
+            if language == "python" and (shown or not printed):
+                found[f"{name}-{number}"] = code
+    return found

@@ -244,7 +244,7 @@ def test_leaving(tmp_path):
 
 def test_audit(tmp_path):
     teachers = ("--teacher", "oracle", "--teacher", "mistake(eps=0.5)")
-    result = llf("audit", "llf-gridworld-v0", "llf-poem-[HT]*", *teachers, "--turns", "60", cwd=tmp_path)
+    result = llf("audit", "llf-gridworld-v0", "llf-poem-[HT]*", *teachers, "--turns", "20", cwd=tmp_path)
     assert result.returncode == 0, result.stdout + result.stderr
     assert [line for line in result.stdout.splitlines() if line.startswith("llf-")] == [
         "llf-gridworld-v0",
@@ -275,7 +275,7 @@ def test_audit_by_family(tmp_path):
         "llf-bandits-*Low*",
         "llf-gr*",
     ]
-    result = llf("audit", "--turns", "60", "--workers", "1", "--by-family", *chosen, cwd=tmp_path)
+    result = llf("audit", "--turns", "20", "--workers", "1", "--by-family", *chosen, cwd=tmp_path)
     names, *rows = (line.split() for line in result.stdout.splitlines())
     assert names[:3] + names[-3:] == [
         "family",
@@ -285,7 +285,7 @@ def test_audit_by_family(tmp_path):
         "elsewhere",
         "mistake(eps=1)",
     ]
-    assert [row[:3] for row in rows] == [["bandits", "2", "120"], ["gridworld", "1", "60"]]
+    assert [row[:3] for row in rows] == [["bandits", "2", "40"], ["gridworld", "1", "20"]]
     for row in rows:
         honest, claims, false, contradictions, elsewhere, wrong, _, all_ = row[9:]
         assert (honest, false, contradictions) == ("2", "0", "0")
@@ -315,7 +315,7 @@ def test_audit_leaves_out_what_cannot_be_served(tmp_path):
 def test_audit_of_a_shelf(tmp_path):
     """Patterns stand for names of personalities, as they do for ids."""
     teachers = ("--teacher", "oracle", "--teacher", "*_focused", "--teacher", "mistake(eps=1)")
-    command = ("audit", "llf-gridworld-v0", *teachers, "--turns", "30", "--workers", "1", "--json")
+    command = ("audit", "llf-gridworld-v0", *teachers, "--turns", "12", "--workers", "1", "--json")
     result = llf(*command, cwd=tmp_path)
     said = [found["teacher"] for found in json.loads(result.stdout)]
     assert said == ["oracle", "punishment_focused", "reward_focused", "mistake(eps=1)"]

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from commands import llf
+from design import amount
 
 import llf_teacher
 from llf_teacher.episodes.record import TurnRow, summary
@@ -200,7 +201,7 @@ def test_a_key_that_goes_unencrypted_to_another_machine_is_warned_of(url, warned
 def test_what_needs_an_extra_that_is_missing_is_left_out_and_said_so(tmp_path):
     (tmp_path / "sitecustomize.py").write_text(EXTRA)
     path = os.pathsep.join(filter(None, (str(tmp_path), os.environ.get("PYTHONPATH"))))
-    for command in (("list",), ("dev", "tables"), ("dev", "golden", "out")):
+    for command in (("list",), ("dev", "tables"), *amount((), full=[("dev", "golden", "out")])):
         result = python("-m", "llf_teacher", *command, cwd=tmp_path, PYTHONPATH=path)
         assert result.returncode == 0, result.stderr
         assert result.stderr.count("pip install 'llf-teacher[verse]'") == 1

@@ -222,7 +222,16 @@ def test_a_limit_leaves_no_trace_here(folder):
     sys.modules["faulty"].KEPT.clear()
 
 
-@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)], ids=["SIGINT", "SIGTERM"])
+def signals(first):
+    """Two signals that end a study, each with the status that it gives; one of them by default."""
+    statuses = {signal.SIGINT: 130, signal.SIGTERM: 143}
+    return [
+        pytest.param(number, status, id=number.name, marks=() if number is first else pytest.mark.full)
+        for number, status in statuses.items()
+    ]
+
+
+@pytest.mark.parametrize(("number", "status"), signals(signal.SIGINT))
 def test_a_signal_ends_a_study_within_seconds(folder, number, status):
     """Of agents that do not let themselves be disturbed, too."""
     (folder / "study.toml").write_text(
@@ -254,7 +263,7 @@ def test_a_signal_ends_a_study_within_seconds(folder, number, status):
     assert not (folder / "llf-study.db-lock").exists()
 
 
-@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)], ids=["SIGINT", "SIGTERM"])
+@pytest.mark.parametrize(("number", "status"), signals(signal.SIGTERM))
 def test_a_signal_while_the_report_is_written_has_its_status(tmp_path, number, status):
     (tmp_path / "study.toml").write_text(
         'ids = ["llf-gridworld-v0"]\nteachers = ["oracle"]\nstudents = ["random"]\nseeds = 1\nmax_turns = 3\n'
@@ -298,7 +307,9 @@ def script(folder, before="", guard=""):
     return done.stdout + done.stderr, done.returncode
 
 
-@pytest.mark.parametrize("method", ["", pytest.param("spawn", marks=pytest.mark.full), "forkserver"])
+@pytest.mark.parametrize(
+    "method", ["", *(pytest.param(each, marks=pytest.mark.full) for each in ("spawn", "forkserver"))]
+)
 def test_a_script_without_a_guard_is_told_so(tmp_path, method):
     before = f"import multiprocessing; multiprocessing.set_start_method({method!r})" if method else ""
     told, status = script(tmp_path, before)

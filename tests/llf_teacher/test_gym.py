@@ -10,6 +10,7 @@ import gymnasium
 import numpy as np
 import pettingzoo
 import pytest
+from design import sampled
 from gymnasium.error import ResetNeeded
 from houses import STOCK
 from playing import steps
@@ -220,6 +221,7 @@ def test_an_unseeded_reset_goes_on_reproducibly(id):
     assert len(set(episodes())) > 1
 
 
+@sampled(lambda id, copier, teacher: {(id, copier), (id, teacher)})
 @pytest.mark.parametrize("id", SHOWCASE)
 @pytest.mark.parametrize("copier", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
 @pytest.mark.parametrize("teacher", ["oracle", "mix", "mistake | delayed(turns=1)", "placebo"])
@@ -281,6 +283,7 @@ def test_a_number_is_no_text():
         env.step(3)
 
 
+@sampled(lambda id, text, mode: {(id, text), (id, mode)})
 @pytest.mark.parametrize("id", SHOWCASE)
 @pytest.mark.parametrize("text", [False, True])
 @pytest.mark.parametrize("mode", ["sync", "async"])

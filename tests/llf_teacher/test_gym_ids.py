@@ -30,6 +30,8 @@ from pz_envs.testing import check_seats
 from teachers.atoms import Label
 from teachers.planning import PlanningError
 
+pytestmark = pytest.mark.usefixtures("short_trials")
+
 LAKE, DOOR, CART = "gym:FrozenLake-v1", "gym:MiniGrid-DoorKey-5x5-v0", "gym:CartPole-v1"
 
 

@@ -8,6 +8,7 @@ import time
 from pathlib import Path
 
 import pytest
+from design import amount
 from endpoints import KEY, NORTH, REQUEST, endpoint, ledger
 
 from llf_teacher.models import LLMError, SpendingLimitError, retries
@@ -261,7 +262,7 @@ def test_what_is_asked_at_the_same_time_is_paid_once(tmp_path):
     Cache(arguments[0]).close()
     with ScriptedEndpoint(answer) as server:
         command = [sys.executable, "-c", program, server.url, *arguments]
-        asking = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True) for _ in range(3)]
+        asking = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True) for _ in range(amount(2, full=3))]
         assert all("Response: north" in process.communicate()[0] for process in asking)
     assert len(server.requests) == 1
 

@@ -13,6 +13,7 @@ import time
 
 import pytest
 from commands import llf, llf_apart
+from design import amount
 from endpoints import KEY, MOVES, NORTH, files_with, ledger
 from studying import rows
 
@@ -69,17 +70,18 @@ def cached(path):
     return {json.dumps(request, sort_keys=True) for request in requests}
 
 
-def test_a_study_of_fifty_episodes_that_is_killed_pays_nothing_twice(tmp_path):
+def test_a_study_that_is_killed_pays_nothing_twice(tmp_path):
     """What is in the cache at the kill is never asked for again; what was under way, one request a worker, may be."""
-    workers = 2
+    workers, seeds = 2, amount(12, full=25)
     with ScriptedEndpoint(wanderer(0.02)) as server:
-        (tmp_path / "study.toml").write_text(STUDY.format(url=server.url))
+        study = STUDY.format(url=server.url).replace("seeds = 25", f"seeds = {seeds}")
+        (tmp_path / "study.toml").write_text(study)
         command = [sys.executable, "-m", "llf_teacher", *RUN, "--store", "s.db"]
         environment, null = os.environ | {"LLF_LLM_API_KEY": KEY}, subprocess.DEVNULL
         process = subprocess.Popen(
             command, cwd=tmp_path, env=environment, stdout=null, stderr=null, start_new_session=True
         )
-        while process.poll() is None and len(server.requests) < 100:
+        while process.poll() is None and len(server.requests) < 4 * seeds:
             time.sleep(0.005)
         os.killpg(process.pid, signal.SIGKILL)  # the workers, too
         process.wait()
@@ -90,11 +92,11 @@ def test_a_study_of_fifty_episodes_that_is_killed_pays_nothing_twice(tmp_path):
         assert kept <= set(before)
         assert len(before) - len(kept) <= workers
         done = len(rows(tmp_path / "s.db")[0])
-        assert done < 50
+        assert done < 2 * seeds
 
         result = run_here(tmp_path, "--store", "s.db", "--report", "r.html")
         assert result.returncode == 0, result.stderr
-        assert f"Played {50 - done} episodes" in result.stderr
+        assert f"Played {2 * seeds - done} episodes" in result.stderr
         after = hits(server)
         assert all(after[request] == 1 for request in kept)
         assert sum(after.values()) == len(after) + sum(after[request] - 1 for request in set(before) - kept)
@@ -104,10 +106,12 @@ def test_a_study_of_fifty_episodes_that_is_killed_pays_nothing_twice(tmp_path):
         asked = len(server.requests)
         with Store(tmp_path / "whole.db") as store:
             environment = {"LLF_LLM_CACHE": str(tmp_path / "s.llm.db")}
-            assert play_missing(load_study(tmp_path / "study.toml"), store, workers, environment=environment) == 50
+            assert (
+                play_missing(load_study(tmp_path / "study.toml"), store, workers, environment=environment) == 2 * seeds
+            )
         assert len(server.requests) == asked, "a study from the cache asks nothing"
     assert rows(tmp_path / "whole.db") == rows(tmp_path / "s.db")
-    assert len(rows(tmp_path / "s.db")[0]) == 50
+    assert len(rows(tmp_path / "s.db")[0]) == 2 * seeds
     assert set(server.keys) == {f"Bearer {KEY}"}
     assert files_with(KEY, tmp_path) == []
     assert f"m: {len(after)} requests paid so far" in result.stderr
@@ -120,7 +124,7 @@ def test_a_study_of_fifty_episodes_that_is_killed_pays_nothing_twice(tmp_path):
 def test_a_limit_stops_a_study_and_a_higher_one_goes_on(tmp_path):
     with ScriptedEndpoint(wanderer()) as server:
         (tmp_path / "study.toml").write_text(STUDY.format(url=server.url).replace("seeds = 25", "seeds = 5"))
-        stopped = run_apart(tmp_path, "--llm-budget", "8")
+        stopped = run_here(tmp_path, "--llm-budget", "8")
         assert stopped.returncode == 1
         assert "llf: the spending limit of 8 USD is reached" in stopped.stderr
         assert "raise --llm-budget to go on" in stopped.stderr
@@ -166,7 +170,7 @@ def test_a_model_that_repeats_the_key(tmp_path):
 
 def test_a_slow_endpoint_serves_several_workers_at_once(tmp_path):
     """`--workers` is the number of requests under way."""
-    under_way, most, lock = [0], [0], threading.Lock()
+    under_way, most, lock, workers = [0], [0], threading.Lock(), amount(2, full=4)
 
     def answer(request):
         with lock:
@@ -179,6 +183,6 @@ def test_a_slow_endpoint_serves_several_workers_at_once(tmp_path):
 
     with ScriptedEndpoint(answer) as server:
         (tmp_path / "study.toml").write_text(STUDY.format(url=server.url).replace("seeds = 25", "seeds = 5"))
-        result = run_here(tmp_path, "--workers", "4")
+        result = run_here(tmp_path, "--workers", f"{workers}")
     assert result.returncode == 0
-    assert 2 <= most[0] <= 4
+    assert 2 <= most[0] <= workers

@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from design import amount
 from typer.testing import CliRunner
 
 from llf_teacher.cli import app
@@ -84,7 +85,7 @@ def test_a_row_reads_and_draws_whatever_was_measured(name, tmp_path):
 def test_a_row_measures(name, monkeypatch):
     """The first setting, twice the same, with few episodes; what needs more than the core is in tests/rl/learn."""
     row = ROWS[name]
-    monkeypatch.setattr(f"llf_teacher.reproductions.rows.{name}.EPISODES", 3, raising=False)
+    monkeypatch.setattr(f"llf_teacher.reproductions.rows.{name}.EPISODES", amount(2, full=3), raising=False)
     first, again = (row.measure(**row.settings[0], seed=FIRST_SEED) for _ in range(2))
     assert list(first) == list(again)
     assert np.isfinite(first).all()

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from design import amount
+from scipy.stats import binom
 
 from llf_teacher.reproductions.rule import Expectation, Rule, judge, saves, verdict
 
@@ -85,13 +87,13 @@ def test_what_decides_nothing_is_open():
 
 
 def test_a_verdict_on_noise_is_rare():
-    """Of 400 rows with four effects that are just as great as the smallest that counts, 5 % have a verdict on any."""
-    rng = np.random.default_rng(1)
+    """Of many rows with four effects that are just as great as the smallest that counts, 5 % have a verdict on any."""
+    rng, rows = np.random.default_rng(1), amount(120, full=400)
     comparisons = [
         Expectation(expects="", more=({"name": name},), measure="moves", least=1.0) for name in ("a", "b", "c", "d")
     ]
     wrong = sum(
         set(outcome(measured(**{name: 1 + rng.normal(size=10) for name in "abcd"}), *comparisons)[1]) != {"open"}
-        for _ in range(400)
+        for _ in range(rows)
     )
-    assert 0 < wrong <= 29  # 97.5 % of the binomial distribution of 400 and 0.05
+    assert 0 < wrong <= binom.ppf(0.975, rows, 0.05)

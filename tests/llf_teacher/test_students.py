@@ -9,7 +9,7 @@ from itertools import islice, product
 
 import numpy as np
 import pytest
-from design import sampled
+from design import COSTLY, amount, sampled
 from playing import episode as episode_of
 from sampling import IDS, fewer, practice
 from shelf import is_complete
@@ -41,8 +41,8 @@ def episode(id, student, seed, teacher="oracle", instruction_type="b"):
 
 @pytest.mark.parametrize("student", ["obedient", "text_only"])
 def test_the_treasure_is_reached_by_a_shortest_path(student):
-    """In all of 80 houses: the regret of a path is the number of moves that it is longer than a shortest one."""
-    for seed in range(80):
+    """In all of many houses: the regret of a path is the number of moves that it is longer than a shortest one."""
+    for seed in range(amount(25, full=80)):
         record = episode("llf-gridworld-v0", student, seed)
         assert record.episode.success
         assert record.episode.regret == 0
@@ -52,7 +52,7 @@ def test_the_treasure_is_reached_by_a_shortest_path(student):
 @pytest.mark.parametrize("student", ["obedient", "text_only"])
 @pytest.mark.parametrize("id", BANDITS)
 def test_a_best_arm_is_pulled_from_the_second_turn_on(id, student):
-    for seed in range(50):
+    for seed in range(amount(16, full=50)):
         assert all(turn.success for turn in episode(id, student, seed).turns[2:])
 
 
@@ -60,7 +60,7 @@ def test_a_best_arm_is_pulled_from_the_second_turn_on(id, student):
 @pytest.mark.parametrize("student", ["obedient", "text_only"])
 @pytest.mark.parametrize("id", POEMS)
 def test_poems_succeed_within_thirty_turns(id, student):
-    for seed in range(50):
+    for seed in range(amount(16, full=50)):
         assert episode(id, student, seed).episode.first_success <= 30
 
 
@@ -74,7 +74,7 @@ def test_a_poem_that_is_too_long_is_cut_where_the_teacher_says(seed):
 @pytest.mark.parametrize("id", [each for each in IDS if "c" in llf_teacher.supported_types(each.values[0])[0]])
 def test_complete_instructions_suffice_and_basic_ones_do_not(id):
     """With `c` and no feedback an obedient student reaches the oracle's return, with `b` it does not do as well."""
-    seeds = range(fewer(entry(id).family, 10))
+    seeds = range(fewer(entry(id).family, amount(4, full=10)))
 
     @cache
     def played(student, instruction_type):
@@ -93,7 +93,8 @@ def test_complete_instructions_suffice_and_basic_ones_do_not(id):
     "id", [pytest.param(id, marks=pytest.mark.full if entry(id).family.slow else ()) for id in SHOWCASE]
 )
 def test_learning_from_rewards_beats_chance(id):
-    seeds = range(2000 // entry(id).family.max_turns)  # with fewer it may be luck
+    turns = 2000 if entry(id).family.name in COSTLY else amount(1000, full=2000)  # with fewer it may be luck
+    seeds = range(turns // entry(id).family.max_turns)
 
     @cache
     def regret(student):
@@ -164,7 +165,7 @@ def test_students_see_what_they_are_entitled_to(id, student):
 def test_reading_recovers_every_sentence(id, teacher):
     """A reader of words hears exactly the claims that were said, in order, with the turn they are about."""
     env = llf_teacher.make(id, teacher=teacher, instruction_type=practice(entry(id).family))
-    recovers(env, Reader(env.family.phrasebook), fewer(env.family, 5))
+    recovers(env, Reader(env.family.phrasebook), fewer(env.family, amount(2, full=5)))
 
 
 @sampled(lambda id, voice: {id, voice})
@@ -177,7 +178,7 @@ def test_reading_recovers_every_sentence_of_every_voice(id, voice):
     for teacher in filter(family.serves, ("mistake(eps=0.5) | delayed(turns=2)", "verification", "vague")):
         env = llf_teacher.make(id, teacher=teacher, instruction_type=practice(family), voice=voice)
         reader = reader or Reader(env.family.phrasebook, VOICES, partial(is_action, env.session.world))
-        recovers(env, reader, fewer(env.family, 3))
+        recovers(env, reader, fewer(env.family, amount(1, full=3)))
 
 
 def said_slots(heard):
@@ -223,7 +224,9 @@ def test_every_paraphrase_of_every_voice_is_read_as_the_claim_that_it_words(id):
                 for atom in turn.atoms:
                     said.setdefault(type(atom.claim), set()).add(atom.claim)
     assert len(said) > (15 if is_complete(family) else len(family.oracle_class().claims()))
-    for before, voice in product(VOICES, VOICES):
+    for before, voice in amount(
+        list(zip(VOICES[1:] + VOICES[:1], VOICES, strict=True)), full=list(product(VOICES, VOICES))
+    ):
         reader = Reader(family.phrasebook, [before, *VOICES], partial(is_action, family.make_world()))
         book = family.phrasebook(voice)
         for claim in (claim for claims in said.values() for claim in sorted(claims, key=repr)[:1]):
@@ -267,7 +270,7 @@ def test_the_bayesian_student_finds_liars_out(id):
 
     @cache
     def regret(student, teacher):
-        return np.mean([episode(id, student, seed, teacher).episode.regret for seed in range(25)])
+        return np.mean([episode(id, student, seed, teacher).episode.regret for seed in range(amount(12, full=25))])
 
     for liar in ("mistake(eps=0.3)", "mistake(eps=1)"):
         assert regret("bayesian", liar) < regret("obedient", liar)

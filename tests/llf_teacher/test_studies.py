@@ -9,6 +9,7 @@ import time
 
 import pytest
 from commands import llf
+from design import amount
 from studying import rows, small
 
 from llf_teacher.studies.definition.study import Study, load_study, quickstart
@@ -175,7 +176,8 @@ def test_a_larger_study_goes_on_in_the_same_store(tmp_path):
 
 def test_a_killed_study_goes_on_to_the_same_rows(tmp_path):
     """SIGKILL in the middle, twice: nothing is lost, nothing is played twice."""
-    (tmp_path / "study.toml").write_text(FILE.replace("seeds = 3", "seeds = 50"))
+    seeds = amount(24, full=50)
+    (tmp_path / "study.toml").write_text(FILE.replace("seeds = 3", f"seeds = {seeds}"))
     command = ("study", "run", "study.toml")
     assert llf(*command, "--executor", "here", "--store", "whole.db", cwd=tmp_path).returncode == 0
     command = (*command, "--workers", "2", "--store", "killed.db")
@@ -189,10 +191,10 @@ def test_a_killed_study_goes_on_to_the_same_rows(tmp_path):
         process.send_signal(signal.SIGKILL)
         process.wait()
         counts.append(_count(tmp_path / "killed.db"))
-        assert wanted <= counts[-1] < 300
+        assert wanted <= counts[-1] < 6 * seeds
     assert llf(*command, cwd=tmp_path).returncode == 0
     assert rows(tmp_path / "killed.db") == rows(tmp_path / "whole.db")
-    assert len(rows(tmp_path / "whole.db")[0]) == 300
+    assert len(rows(tmp_path / "whole.db")[0]) == 6 * seeds
 
 
 def _count(path):

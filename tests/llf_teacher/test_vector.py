@@ -6,6 +6,7 @@ import pickle
 import gymnasium
 import numpy as np
 import pytest
+from design import sampled
 from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode
 from hypothesis import given, settings
@@ -150,6 +151,7 @@ def test_lessons_go_on_as_their_rows(id, play):
     check_lessons(id, 6, **play)
 
 
+@sampled(lambda id, teacher: {id, teacher})
 @pytest.mark.parametrize(("id", "teacher"), [(id, spec) for id, family in FIRST for spec in teachers_of(family)])
 def test_lessons_of_every_personality_go_on_as_their_rows(id, teacher):
     modes = [AutoresetMode.SAME_STEP, AutoresetMode.NEXT_STEP]

@@ -7,6 +7,7 @@ import gymnasium
 import numpy as np
 import pettingzoo
 import pytest
+from design import sampled
 from playing import agents
 
 import llf_teacher
@@ -43,6 +44,7 @@ def play(env, seed=0):
     return agents(env, lambda agent, observation: act(env, agent, observation), seed)
 
 
+@sampled(lambda id, speech, text: {(id, speech), (speech, text)})
 @pytest.mark.parametrize("id", ids())
 @pytest.mark.parametrize("speech", ["kinds", "message"])
 @pytest.mark.parametrize("text", [False, True])

@@ -2,6 +2,7 @@
 
 import pettingzoo
 import pytest
+from design import sampled
 from playing import Fixed, agents
 
 import llf_teacher  # noqa: F401  (registers the environments)
@@ -31,6 +32,7 @@ def round_of(env, actions=None):
     return spoke
 
 
+@sampled(lambda id, speech, text: {(id, speech), (speech, text)})
 @pytest.mark.parametrize("id", ids())
 @pytest.mark.parametrize("speech", ["kinds", "message"])
 @pytest.mark.parametrize("text", [False, True])

@@ -5,6 +5,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+from design import amount
 from gymnasium import spaces
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -280,10 +281,15 @@ HUGE = [
 ]
 
 
+def some(name, pieces):
+    """A third of them, another one for each of three families in turn."""
+    return amount(pieces[list(WORLDS).index(name) % 3 :: 3], full=pieces)
+
+
 @pytest.mark.parametrize("name", WORLDS)
 def test_a_huge_text_returns(name):
     world = WORLDS[name]
-    for piece in HUGE:
+    for piece in some(name, HUGE):
         text = piece * (20_000 // len(piece))
         for answer in (text, f"Response: {text}", f"[{text}]", f"({text})", f'{{"action": {text}}}'):
             assert type(check(answer, world)) is ParseFailure or isinstance(world.action_space, spaces.Text), piece
@@ -310,7 +316,7 @@ SLOW = [
 def test_no_text_takes_long(name):
     slow = [
         piece
-        for piece in SLOW
+        for piece in some(name, SLOW)
         if not grows_linearly(
             lambda size, piece=piece: parse_action(f"north {piece * (size // len(piece))}", WORLDS[name])
         )

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from design import amount
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -217,10 +218,10 @@ def test_what_is_said_of_any_list_holds_and_its_advice_helps(seed, said, number)
 
 @pytest.mark.parametrize("student", ["obedient", "text_only"])
 def test_students_who_listen_succeed_within_ten_turns(student):
-    """In at least 95 % of 80 episodes."""
-    specs = [EpisodeSpec(ID, "oracle", student, "b", "a", 10, seed, "") for seed in range(80)]
+    """In at least 95 % of many episodes."""
+    specs = [EpisodeSpec(ID, "oracle", student, "b", "a", 10, seed, "") for seed in range(amount(40, full=80))]
     firsts = [play(spec).episode.first_success for spec in specs]
-    assert sum(first is not None for first in firsts) >= 76
+    assert sum(first is not None for first in firsts) >= 0.95 * len(firsts)
 
 
 def test_advice_leads_to_a_list_that_fits():

@@ -6,6 +6,7 @@ import re
 
 import numpy as np
 import pytest
+from design import amount
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -162,7 +163,9 @@ def test_nothing_to_warn_of_where_the_loss_is_greatest():
     ids=("shift", "own", "own and shift"),
 )
 def test_the_kit_accepts_shifts_and_own_losses(options):
-    check_oracle(Pupil(lambda: FAMILY.make_world(**options), FAMILY.make_teacher, max_turns=10, turns=60))
+    check_oracle(
+        Pupil(lambda: FAMILY.make_world(**options), FAMILY.make_teacher, max_turns=10, turns=amount(20, full=60))
+    )
 
 
 def test_advice_for_a_loss_of_ones_own():

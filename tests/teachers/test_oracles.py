@@ -6,6 +6,7 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+from design import amount
 from gymnasium import spaces
 from moments import opening
 from sampling import fewer
@@ -136,7 +137,7 @@ def test_instructions_hold(name, instruction_type):
         with pytest.raises(ValueError, match=f"instruction type '{instruction_type}' is not supported"):
             family.make_teacher(world, instruction_type=instruction_type)
         return
-    for seed in range(fewer(family, 15)):
+    for seed in range(fewer(family, amount(6, full=15))):
         world.reset(seed=seed)
         oracle = family.make_teacher(world).oracle
         oracle.start(world.truth)

@@ -8,6 +8,7 @@ from typing import ClassVar
 import gymnasium
 import numpy as np
 import pytest
+from design import amount
 from gymnasium.envs.classic_control import CartPoleEnv
 from gymnasium.envs.toy_text.blackjack import BlackjackEnv, draw_card
 from gymnasium.envs.toy_text.frozen_lake import FrozenLakeEnv
@@ -28,6 +29,8 @@ from teachers.planning.known import Known, known, words_of
 from teachers.testing import Pupil, check_oracle
 from worlds.wrapped.position import Position
 from worlds.wrapped.snapshots import copied
+
+pytestmark = pytest.mark.usefixtures("short_trials")
 
 
 def taxi():
@@ -55,7 +58,9 @@ def lesson(name, **options):
 @on_every_environment
 def test_a_planned_oracle_passes_the_kit(name):
     subject = lesson(name)
-    check_oracle(Pupil(subject.make_world, subject.make_teacher, max_turns=subject.max_turns, turns=40))
+    check_oracle(
+        Pupil(subject.make_world, subject.make_teacher, max_turns=subject.max_turns, turns=amount(12, full=40))
+    )
 
 
 def test_with_a_discount_it_passes_the_kit():
@@ -75,7 +80,8 @@ def test_no_claim_is_false_and_lies_are_caught(name):
 
 
 @pytest.mark.parametrize(
-    ("name", "episodes"), [("lake", 400), ("blackjack", 3000), ("cliff", 20), ("taxi", 50), ("door", 3)]
+    ("name", "episodes"),
+    [("lake", 400), ("blackjack", 3000), ("cliff", 20), ("taxi", 50), pytest.param("door", 3, marks=pytest.mark.full)],
 )
 def test_values_are_what_the_best_actions_earn(name, episodes):
     """In the environment itself, each time from another state that random actions reach."""
@@ -914,7 +920,7 @@ def small(**options):
     return gymnasium.make("FrozenLake-v1", is_slippery=False, **options)
 
 
-def test_a_table_serves_only_where_nothing_else_changes():
+def test_a_table_serves_only_where_nothing_else_changes(long_trials):
     with pytest.raises(PlanningError, match="the table of transitions has no part for passed of Toll, which changes"):
         Lesson(lambda: Toll(small()), "exact")
     state = Exact(state=lambda env: env.unwrapped.s)
@@ -923,8 +929,8 @@ def test_a_table_serves_only_where_nothing_else_changes():
         Lesson(lambda: Toll(small()), state)
 
 
-@pytest.mark.parametrize("turns", [15, 100])
-def test_a_count_that_decides_is_found_out(turns):
+@pytest.mark.parametrize("turns", [pytest.param(15, marks=pytest.mark.full), 100])
+def test_a_count_that_decides_is_found_out(turns, long_trials):
     """By the table, and with a state that leaves it out."""
     make = partial(Dearer, is_slippery=False)
     for oracle in (Exact(states=5), Exact(state=lambda env: env.unwrapped.s)):

@@ -11,6 +11,7 @@ import highway_env
 import minigrid
 import numpy as np
 import pytest
+from design import amount
 from gymnasium import spaces
 from houses import STOCK
 from minigrid.utils.baby_ai_bot import BabyAIBot
@@ -27,6 +28,8 @@ from teachers.planning.expert.claims import Ahead, Around, Behind, Costs, Demons
 from teachers.testing import Pupil, check_oracle
 from worlds.wrapped.coin_collector import CoinCollector
 from worlds.wrapped.snapshots import generators, reseed
+
+pytestmark = pytest.mark.usefixtures("short_trials")
 
 assert minigrid, highway_env  # their environments are registered by these
 
@@ -119,21 +122,22 @@ NAMES = [pytest.param(name, marks=STOCK if name == "coin" else ()) for name in K
 @pytest.mark.parametrize("name", TOYS)
 def test_it_passes_the_kit(name):
     subject = TOYS[name]()
-    check_oracle(Pupil(subject.make_world, subject.make_teacher, max_turns=20, turns=40))
+    check_oracle(Pupil(subject.make_world, subject.make_teacher, max_turns=20, turns=amount(12, full=40)))
 
 
 @pytest.mark.parametrize("name", TOYS)
 def test_no_claim_is_false_and_lies_are_caught(name):
-    honest = audit(TOYS[name](), turns=60, students=("random", "obedient"))
+    honest = audit(TOYS[name](), turns=amount(24, full=60), students=("random", "obedient"))
     assert honest.count(Label.DISTORTED) == honest.contradictions == honest.leaks == 0 < honest.checked
     assert {kind for kind, _ in honest.claims} >= set(KINDS)
-    liar = audit(TOYS[name](), "mistake(eps=1)", turns=30, students=("random",))
+    liar = audit(TOYS[name](), "mistake(eps=1)", turns=amount(12, full=30), students=("random",))
     assert liar.count(Label.TRUTHFUL) == sum(n for (kind, _), n in liar.claims.items() if kind is None)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_experts_that_are_known_tell_the_truth(name):
-    found = audit(Lesson(KNOWN[name], "expert"), turns=6, students=("random", "obedient"), instruction_types=("b",))
+    turns = amount(2, full=6) if name == "highway" else 6  # of which each takes seconds
+    found = audit(Lesson(KNOWN[name], "expert"), turns=turns, students=("random", "obedient"), instruction_types=("b",))
     assert found.count(Label.DISTORTED) == found.contradictions == found.leaks == 0 < found.checked
 
 
@@ -645,7 +649,7 @@ def test_roll_outs_begin_in_the_very_state(copies):
     assert env.teacher.oracle.silences
 
 
-def test_roll_outs_begin_in_the_very_state_of_a_world_that_ages():
+def test_roll_outs_begin_in_the_very_state_of_a_world_that_ages(long_trials):
     env = llf_teacher.StudentEnv(Lesson(Restless(), Expert(right)), privileged_info=True)
     while env.session.world.env.resets[0] < 3000:
         said = compared(env.reset(seed=0)[1])

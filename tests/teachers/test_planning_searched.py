@@ -12,13 +12,14 @@ import minigrid  # noqa: F401 (its environments are registered by this)
 import networkx as nx
 import numpy as np
 import pytest
+from design import amount
 from gymnasium import spaces
 
 import llf_teacher
 from llf_teacher.tools.audit import audit
 from pz_envs.lesson import Lesson
 from teachers.atoms import FN, FP, HN, HP, Label, Moment
-from teachers.planning import Exact, PlanningError, Searched
+from teachers.planning import TIERS, Exact, PlanningError, Searched
 from teachers.planning.known.minigrid import _heuristic
 from teachers.planning.searched.claims import (
     ActionsLeft,
@@ -36,6 +37,8 @@ from teachers.planning.searched.search import refuted, search
 from teachers.testing import Pupil, check_oracle
 from worlds.wrapped.gym_world import GymWorld
 from worlds.wrapped.snapshots import Copies, Replays, States, way_back
+
+pytestmark = pytest.mark.usefixtures("short_trials")
 
 WALLS = {(1, 0), (1, 1), (1, 2), (3, 4), (3, 3), (3, 2)}
 MOVES = ((1, 0), (0, 1), (-1, 0), (0, -1))
@@ -163,7 +166,7 @@ def test_the_way_back_is_proven_and_the_oracle_passes_the_kit(name):
     make, way = WAYS[name]
     subject = lesson(make)
     assert type(subject.planned.model.task.way) is way is type(way_back(make()))
-    check_oracle(pupil(subject, 12))
+    check_oracle(pupil(subject, amount(5, full=12)))
 
 
 def test_an_oracle_that_keeps_going_passes_the_kit():
@@ -183,9 +186,9 @@ def test_known_environments_pass_the_kit(id):
 )
 def test_no_claim_is_false_and_lies_are_caught(make):
     subject = Lesson(make, "searched", max_turns=None if make is mountain_car else 60)
-    honest = audit(subject, turns=60, students=("random", "obedient"))
+    honest = audit(subject, turns=amount(24, full=60), students=("random", "obedient"))
     assert honest.count(Label.DISTORTED) == honest.contradictions == honest.leaks == 0 < honest.checked
-    liar = audit(subject, "mistake(eps=1)", turns=40, students=("random",))
+    liar = audit(subject, "mistake(eps=1)", turns=amount(16, full=40), students=("random",))
     assert liar.count(Label.TRUTHFUL) == sum(n for (kind, _), n in liar.claims.items() if kind is None)
 
 
@@ -533,7 +536,8 @@ def test_a_plan_is_kept_while_it_is_followed():
     assert len(model._found) == searched
 
 
-def test_auto_takes_the_tier_that_serves():
+def test_auto_takes_the_tier_that_serves(monkeypatch):
+    monkeypatch.setitem(TIERS, "exact", partial(Exact, states=amount(500, full=5_000)))
     env = llf_teacher.teach(Maze, oracle="auto", max_turns=300)  # exact: too many states with their counts of steps
     assert env.teacher.oracle.tier == "searched"
     assert "a search of at most 3,000 steps a turn through copies" in env.family.planned.why

@@ -6,6 +6,7 @@ import pickle
 
 import numpy as np
 import pytest
+from design import amount
 from opengl import run, with_opengl
 
 from worlds.metaworld import (
@@ -46,7 +47,7 @@ def commands(script, observation, rng):
 @pytest.mark.parametrize("task", EVERY_TASK)
 def test_low_level_steps_are_metaworlds_to_the_last_bit(task):
     simulator, script, rng = Simulator(task), Script(task), np.random.default_rng(3)
-    for seed in range(2):
+    for seed in range(amount(1, full=2)):
         truth = simulator.reset(np.random.default_rng(seed))
         env, observation = original(task, truth.episode.variation)
         assert truth.observation == tuple(observation.tolist())

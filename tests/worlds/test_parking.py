@@ -5,6 +5,7 @@ import math
 import gymnasium
 import numpy as np
 import pytest
+from design import amount
 
 from worlds.parking import Car, Parking
 from worlds.testing import plain
@@ -15,8 +16,12 @@ def wild(rng, push):
     return np.clip(push + rng.normal(0, 0.4, 2), -1, 1).astype(np.float32)
 
 
+LONG = [pytest.param(*each, marks=pytest.mark.full) for each in ((0, 2000), (10, 80), (26, 40))]
+
+
 @pytest.mark.parametrize(
-    ("count", "steps"), [(0, 300), pytest.param(0, 2000, marks=pytest.mark.full), (10, 80), (26, 40)]
+    ("count", "steps"),
+    [(0, 180), (10, 60), *LONG],
 )
 def test_results_are_highway_envs(count, steps):
     """Over many random steps, beyond crashes and parking, too."""
@@ -51,7 +56,7 @@ def test_restoring_is_exact_at_any_moment(count):
     lab = world.scratch()
     rng = np.random.default_rng(0)
     pending = 0
-    for seed in range(12):
+    for seed in range(amount(6, full=12)):
         world.reset(seed=seed)
         push = rng.uniform(-1, 1, 2)
         for _ in range(70):
