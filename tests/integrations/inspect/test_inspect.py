@@ -1,6 +1,7 @@
 """Inspect plays its tasks with a scripted model, and its logs say what came of them."""
 
 import inspect
+import math
 import os
 import re
 import subprocess
@@ -45,8 +46,8 @@ def metrics(log):
     return {score.name: {name: metric.value for name, metric in score.metrics.items()} for score in log.results.scores}
 
 
-def run(folder, *tasks, **settings):
-    logs = play_tasks(list(tasks), model=scripted(), log_dir=f"{folder}", display="none", **settings)
+def run(folder, *tasks, model=None, **settings):
+    logs = play_tasks(list(tasks), model=model or scripted(), log_dir=f"{folder}", display="none", **settings)
     assert [log.status for log in logs] == ["success"] * len(tasks), [log.error for log in logs]
     return logs
 
@@ -90,19 +91,34 @@ def test_scores_are_those_of_a_study(tmp_path):
         assert metrics(log)[name]["mean"] == pytest.approx(mean(getattr(each, field) for each in played)), name
 
 
-def test_the_suite_has_the_scores_of_a_card(tmp_path):
+def take_advice(request):
+    """Obeys the last sentence but one, which advises where the last one warns."""
+    told, observed, rest = request["messages"][-1]["content"].partition("You observe")
+    advice = " ".join(re.split(r"(?<=[.!]) ", told.strip())[:-1])
+    return obey({"messages": [{"content": advice + observed + rest}]})
+
+
+@pytest.mark.parametrize(
+    ("only", "model", "measured"),
+    [("advice", obey, True), ("voice", take_advice, True), ("voice", obey, False)],
+    ids=["advice", "voice", "what is not measured is no number"],
+)
+def test_the_suite_has_the_scores_of_a_card(tmp_path, only, model, measured):
     """Of one experiment, with another voice, and of the quick suite's."""
 
     def answer(messages: list) -> str:
-        return obey({"messages": messages})
+        return model({"messages": messages})
 
-    for only in ("advice", "voice"):
-        store = f"{tmp_path / 'suite.db'}"
-        (log,) = run(tmp_path, suite(only=only, quick=True, store=store))
-        (line,) = take(chat_student(answer), store, [only], quick=True, workers=1).lines
-        found = metrics(log)["regret"][only]
+    store = f"{tmp_path / 'suite.db'}"
+    (log,) = run(tmp_path, suite(only=only, quick=True, store=store), model=scripted(model))
+    (line,) = take(chat_student(answer), store, [only], quick=True, workers=1).lines
+    found = metrics(log)["regret"][only]
+    assert measured == (line.score is not None)
+    if measured:
         assert found == pytest.approx(line.score)
         assert 0 < line.score <= 1.5
+    else:
+        assert math.isnan(found)
 
 
 def test_scores_have_intervals_over_seeds(tmp_path):
