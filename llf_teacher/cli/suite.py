@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from llf_teacher.cli import Commands, complete_student, complete_teacher, search_here
+from llf_teacher.cli import Commands, complete_student, complete_teacher, errors, search_here
 from llf_teacher.escaping import escape_control_chars
 from llf_teacher.models.settings import BUDGET
 
@@ -71,6 +71,7 @@ def suite(
         raise typer.BadParameter("got --student and --teacher; give one of them, and take the other in a second run")
     if student is None and teacher is None:
         raise typer.BadParameter("give --student SPEC, such as --student obedient, --teacher SPEC, or check or compare")
+    from llf_teacher.studies.execution.runner import StudyError
     from llf_teacher.suite import mirror, take
     from llf_teacher.suite.card import FINDS, check_file
     from llf_teacher.suite.estimate import estimate, estimate_teacher
@@ -94,7 +95,12 @@ def suite(
             progress.update(task, completed=done, total=total)
 
         play = take if teacher is None else mirror.take
-        found = play(subject, store, only or (), quick, key, workers, show, turn_seconds)
+        try:
+            found = play(subject, store, only or (), quick, key, workers, show, turn_seconds)
+        except StudyError as error:
+            errors.print(escape_control_chars(f"{error.trace}llf: {error}"))
+            errors.print(f"The episodes so far are in {store}; the same command goes on.")
+            raise typer.Exit(1) from None
     for path in card or ():
         found.write(path)
         console.print(f"Card: {path.resolve()}")
@@ -102,10 +108,11 @@ def suite(
     table = Table(*heads, title=found.student, caption=FINDS)
     for row in rows:
         table.add_row(*row)
-    console.print(table)
+    result = Console(emoji=False, markup=False)
+    result.print(table)
     for sentence in found.sentences():
-        console.print(f"- {sentence}")
-    console.print(found.settings())
+        result.print(f"- {sentence}")
+    result.print(found.settings())
     if found.failures:
         raise typer.Exit(3)
 

@@ -146,7 +146,7 @@ class Card:
         if weak:
             said.append(f"Less than half of what the reference has: {weak}.")
         elif not noted:
-            said.append("Of what was measured it has half or more.")
+            said.append("No interval lies below half of what the reference has.")
         names = "; ".join(each.ability for each in self.lines if each.score is None)
         said.append(f"Not measured: {names}." if names else f"All {len(measured)} asked for were measured.")
         return said

@@ -50,6 +50,7 @@ def compare(first: Path | str, second: Path | str) -> list[CardDifference]:
 
     The tests are Welch's (1947), whose standard errors are those of the cards' intervals. They take the scores as
     independent. In the same worlds scores mostly vary together, and then a difference is more certain than is said.
+    Where neither score varies, `p` is the least that flips of signs over the fewer seeds can give.
 
     Raises:
         CardError: a file is no card of this release, one is a student's and one a teacher's, only one is quick, or they
@@ -82,7 +83,8 @@ def _difference(first: AbilityLine, second: AbilityLine) -> CardDifference:
         parts.append(((half / stats.t.ppf((1 + LEVEL) / 2, line.seeds - 1)) ** 2, line.seeds - 1))
     whole = sum(square for square, _ in parts)
     if not whole:  # neither score varies
-        return found(score=value, low=value, high=value, p=float(value == 0))
+        least = 2.0 ** (1 - min(first.seeds, second.seeds))
+        return found(score=value, low=value, high=value, p=least if value else 1.0)
     freedom = whole**2 / sum(square**2 / free for square, free in parts)
     half = float(stats.t.ppf((1 + LEVEL) / 2, freedom)) * whole**0.5
     p = float(2 * stats.t.sf(abs(value) / whole**0.5, freedom))

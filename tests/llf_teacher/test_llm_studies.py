@@ -127,7 +127,7 @@ def test_a_limit_stops_a_study_and_a_higher_one_goes_on(tmp_path):
         stopped = run_here(tmp_path, "--llm-budget", "8")
         assert stopped.returncode == 1
         assert "llf: the spending limit of 8 USD is reached" in stopped.stderr
-        assert "raise --llm-budget to go on" in stopped.stderr
+        assert "raise it (--llm-budget, of llf suite --budget) to go on" in stopped.stderr
         assert "Traceback" not in stopped.stderr
         spent = [usd for _, _, usd in ledger(tmp_path / "llf-study.llm.db")]
         assert 8 - 2 * 3.6 < sum(spent) <= 8, "never exceeded, and not left by more than two answers could cost"

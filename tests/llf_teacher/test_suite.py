@@ -509,7 +509,8 @@ def test_a_difference_of_cards_is_significant_as_often_as_it_says():
 def test_a_difference_that_cannot_be_tested_says_why():
     assert _difference(line(0.2, 0.1), line(0.5, None)).words == "+0.30 (no interval: second card: skewed)"
     assert _difference(line(None, None), line(0.5, 0.1)).words == "not measured: first card: skewed"
-    assert _difference(line(1.0, 0.0), line(0.0, 0.0)).p == 0
+    assert _difference(line(1.0, 0.0), line(0.0, 0.0, 8)).p == 2 / 2**8
+    assert _difference(line(1.0, 0.0), line(1.0, 0.0)).p == 1
 
 
 def test_cards_are_compared_and_checked(store, tmp_path):
