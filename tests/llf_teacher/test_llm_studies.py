@@ -144,6 +144,17 @@ def test_a_limit_stops_a_study_and_a_higher_one_goes_on(tmp_path):
     assert set(hits(server).values()) == {1}
 
 
+def test_a_limit_stops_the_suite(tmp_path):
+    with ScriptedEndpoint(wanderer()) as server:
+        student = f"llm(model='m', base_url='{server.url}', input_price=1000, output_price=1000)"
+        options = ("--student", student, "--quick", "--only", "advice", "--workers", "1", "--budget", "5")
+        stopped = llf("suite", *options, cwd=tmp_path, LLF_LLM_API_KEY=KEY)
+    assert stopped.returncode == 1
+    assert "llf: the spending limit of 5 USD is reached" in stopped.stderr
+    assert "The episodes so far are in llf-suite.db; the same command goes on." in stopped.stderr
+    assert "Traceback" not in stopped.stderr
+
+
 def test_a_broken_endpoint_is_one_line_without_the_key(tmp_path):
     reply = Reply(404, json.dumps({"error": {"message": f"no such model for {KEY}"}}))
     with ScriptedEndpoint(lambda request: reply) as server:
