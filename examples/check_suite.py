@@ -6,6 +6,10 @@ A student with an ability gets a trait that takes it away, at three strengths. A
 ability should fall by 0.8 of it at least, and no other by more than 0.2, but those that rest on it. With `--pairs` each
 two of these traits are tried together. An ability of a pair that rests on the other is not judged: without advice there
 is nothing left to be confused about, and so `voice`, `truisms` and `turncoat` may rise.
+
+Then it is asked whether both families of an experiment order all these students and the scripted ones alike: of the
+pairs that differ significantly in both, how many are in the same order in both, less how many are not, as a share of
+all of them (the gamma of Goodman and Kruskal, 1954, where what is not significant is a tie). It should be above 0.5.
 """
 
 import argparse
@@ -18,13 +22,14 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
-from suite_gallery import families
+from scipy.stats import ttest_1samp
+from suite_gallery import students
 
 from llf_teacher.studies import load, run
 from llf_teacher.studies.definition.custom_specs import student_spec
 from llf_teacher.suite import all_experiments, studies_of
-from llf_teacher.suite.experiment import SEEDS
-from llf_teacher.suite.play import scored, seeds_of
+from llf_teacher.suite.play import arms_of, scored, seeds_of
+from llf_teacher.suite.score import ALPHA
 
 WHOLE, REMEMBERING = "reasoner(worlds=4, forget=False)", "obedient(forget=False)"
 """A student that weighs worlds by all that is said, and one that recalls what was said of a world."""
@@ -51,6 +56,8 @@ ABLE = {
 rest.
 """
 LEAST, MOST = 0.8, 0.2
+ALIKE, PAIRS = 0.5, 5
+"""What gamma should exceed, and the number of pairs that it needs."""
 Numbers = NDArray[np.float64]
 ROWS = [(who, name) for who, names in ABLE.items() for name in names]
 """A student and the ability that it lacks."""
@@ -78,13 +85,14 @@ class Scores:
     Args:
         store: file of the episodes.
         key: text from which the seeds are drawn.
-        worlds: number of seeds.
+        worlds: number of seeds; None: those of the suite.
         workers: parallel processes.
     """
 
-    def __init__(self, store: Path, key: str, worlds: int, workers: int) -> None:
+    def __init__(self, store: Path, key: str, worlds: int | None, workers: int) -> None:
         self._store, self._seeds, self._workers = store, seeds_of(key)[:worlds], workers
-        self.places = {name: list[Mapping[str, float]]() for name in all_experiments()}  # of each student
+        self.costs = {name: list[Numbers]() for name in all_experiments()}
+        """What the worse lessons cost each student beyond the better ones, shape (families, seeds)."""
 
     def of(self, specs: Sequence[str], names: Sequence[str]) -> Numbers:
         """By student and ability, shape (specs, names)."""
@@ -95,10 +103,13 @@ class Scores:
         keys = {each.key for study in studies for each in study.episodes()}
         with load(self._store) as results:
             rows = [row for row in results.rows() if row["key"] in keys]
-        found = [{name: scored(each, spec, rows, self._seeds) for name, each in asked.items()} for spec in specs]
-        for name in names:
-            self.places[name] += [each[name].places for each in found]
-        return np.array([[score.score for score in each.values()] for each in found], dtype=float)
+        found = [[scored(each, spec, rows, self._seeds) for each in asked.values()] for spec in specs]
+        for spec, each_score in zip(specs, found, strict=True):
+            for (name, each), score in zip(asked.items(), each_score, strict=True):
+                if len(score.places) == len(each.ids):
+                    arms = arms_of(each, spec, rows, self._seeds).values()
+                    self.costs[name].append(np.array([arm.worse - arm.better for arm in arms]))
+        return np.array([[score.score for score in each] for each in found], dtype=float)
 
 
 def with_defects(who: str, *defects: str, strength: int = -1) -> str:
@@ -162,6 +173,31 @@ def pairs(scores: Scores, who: str) -> tuple[int, list[str]]:
     return len(tried), [each for found in faulty for each in found]
 
 
+def order(costs: Sequence[Numbers]) -> tuple[int, int, int]:
+    """The number of students, of their pairs that both families order alike, and of those in opposite order.
+
+    Pairs count that differ significantly in both, by a t test over worlds; students that played alike are one.
+    """
+    different = np.unique(np.array(costs).round(9), axis=0)
+    pairs = np.array([first - second for first, second in combinations(different, 2)])
+    if not len(pairs):
+        return len(different), 0, 0
+    certain = (ttest_1samp(pairs, 0, axis=-1).pvalue < ALPHA).all(axis=-1)
+    alike = pairs.mean(axis=-1).prod(axis=-1)[certain] > 0
+    return len(different), int(alike.sum()), int((~alike).sum())
+
+
+def families(costs: Mapping[str, Sequence[Numbers]]) -> str:
+    """In Markdown how alike both families of each experiment order students."""
+    lines = ["| experiment | students | same order | opposite order | gamma |", "| --- | --- | --- | --- | --- |"]
+    for name, each in costs.items():
+        different, same, opposite = order(each)
+        gamma = (same - opposite) / (same + opposite) if same + opposite >= PAIRS else np.nan
+        verdict = "too few pairs" if np.isnan(gamma) else f"{gamma:.2f}" + ("" if gamma > ALIKE else ": not alike")
+        lines.append(f"| {name} | {different} | {same} | {opposite} | {verdict} |")
+    return "\n".join(lines)
+
+
 def table(run_: Measured) -> str:
     """In Markdown what each defect takes at full strength, and its own score by strength."""
     names = list(all_experiments())
@@ -196,7 +232,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--store", type=Path, default=Path("check-suite.db"))
     parser.add_argument("--keys", nargs="+", default=["one"], help="texts from which seeds are drawn")
-    parser.add_argument("--worlds", type=int, default=SEEDS, help="number of seeds")
+    parser.add_argument("--worlds", type=int, help="number of seeds; those of the suite without it")
     parser.add_argument("--pairs", type=int, default=0, help="number of seeds for pairs of defects; 0: none")
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--plot", type=Path)
@@ -204,7 +240,8 @@ def main() -> None:
     for key in args.keys:
         measured = measure(scores := Scores(args.store, key, args.worlds, args.workers))
         print(f"\n{table(measured)}\n\nFaults with {key}:", "; ".join(faults(measured)) or "none", flush=True)
-        print(families(scores.places))
+        scores.of(students(), list(all_experiments()))
+        print(f"\n{families(scores.costs)}", flush=True)
         if args.plot is not None and key == args.keys[0]:
             plot(measured).savefig(args.plot, dpi=110, bbox_inches="tight")
     if args.pairs:

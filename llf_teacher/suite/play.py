@@ -191,6 +191,13 @@ def scored(experiment: Experiment, student: str, rows: Iterable[Mapping[str, Any
     """The score of a student in an experiment, from the rows of a store."""
     if experiment.lessons and not parse_student(student).remembers:
         return Score(why="the student does not remember earlier episodes")
+    return score(arms_of(experiment, student, rows, seeds), experiment.margin)
+
+
+def arms_of(
+    experiment: Experiment, student: str, rows: Iterable[Mapping[str, Any]], seeds: Sequence[int]
+) -> dict[str, Arms]:
+    """What a student and the reference lost in each environment of an experiment, from the rows of a store."""
     seeds = seeds[: experiment.seeds]
     asked = (row for row in rows if row["worlds"] == experiment.lessons)
     found: dict[tuple[object, ...], Mapping[str, Any]] = {
@@ -209,7 +216,7 @@ def scored(experiment: Experiment, student: str, rows: Iterable[Mapping[str, Any
 
     better, worse, silent = experiment.arms
     unit = experiment.unit or (better, worse)
-    arms = {
+    return {
         id: Arms(
             better=regrets(id, better, student),
             worse=regrets(id, worse, student),
@@ -221,4 +228,3 @@ def scored(experiment: Experiment, student: str, rows: Iterable[Mapping[str, Any
         )
         for id in experiment.ids
     }
-    return score(arms, experiment.margin)

@@ -29,7 +29,7 @@ from llf_teacher.suite.places import ARMS, HOUSE, OPTIONS
 from llf_teacher.suite.play import QUICK, chosen, seeds_of, studies_of
 from llf_teacher.suite.score import Arms, score
 
-DIGEST = "da950b6bb53bf294"
+DIGEST = "1534b227054346f8"
 
 
 def arms(better, worse, unit_better=0.0, unit_worse=10.0, n=20, noise=1.0, seed=0, **more):
