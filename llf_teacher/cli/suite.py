@@ -7,7 +7,6 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import Progress
 from rich.table import Table
 
 from llf_teacher.cli import Commands, complete_student, complete_teacher, errors, search_here
@@ -71,6 +70,7 @@ def suite(
         raise typer.BadParameter("got --student and --teacher; give one of them, and take the other in a second run")
     if student is None and teacher is None:
         raise typer.BadParameter("give --student SPEC, such as --student obedient, --teacher SPEC, or check or compare")
+    from llf_teacher.studies.execution.progress import StudyProgress
     from llf_teacher.studies.execution.runner import StudyError
     from llf_teacher.suite import mirror, take
     from llf_teacher.suite.card import FINDS, check_file
@@ -87,16 +87,11 @@ def suite(
     console.print(f"The {role} plays {before(subject, only or (), quick, key)}, less what {store} has already.")
     if store.exists() and ":" in subject:
         console.print("If your code has changed since, give another --store: episodes are known by their spec.")
-    with Progress(console=console, transient=True) as progress, warnings.catch_warnings():
+    with StudyProgress(console) as progress, warnings.catch_warnings():
         warnings.filterwarnings("ignore", message=r"\d+ of \d+ episodes failed")  # the card says it
-        task = progress.add_task("episodes", total=None)
-
-        def show(done: int, total: int) -> None:
-            progress.update(task, completed=done, total=total)
-
         play = take if teacher is None else mirror.take
         try:
-            found = play(subject, store, only or (), quick, key, workers, show, turn_seconds)
+            found = play(subject, store, only or (), quick, key, workers, progress, turn_seconds)
         except StudyError as error:
             errors.print(escape_control_chars(f"{error.trace}llf: {error}"))
             errors.print(f"The episodes so far are in {store}; the same command goes on.")
@@ -122,12 +117,16 @@ Card_ = Annotated[Path, typer.Argument(help="JSON file of a card.", exists=True,
 
 def compare_cards(first: Card_, second: Card_) -> None:
     """Compare two cards: the second one's scores less the first one's, each with its interval and test."""
-    from llf_teacher.suite import compare
+    from llf_teacher.suite import check, compare
 
     table = Table("ability", "difference", "p", title=f"{second} less {first}")
     for each in compare(first, second):
         table.add_row(each.ability, each.words, each.chance)
-    Console(emoji=False, markup=False).print(table)
+    result = Console(emoji=False, markup=False)
+    result.print(table)
+    for path in (first, second):
+        card = check(path)
+        result.print(escape_control_chars(f"{path}: {card.student}; {card.settings()}"))
 
 
 def check_cards(

@@ -204,9 +204,9 @@ class Card:
             f"{cost['usd']:.4f} USD"
         )
         failed = f"; {self.failures} episodes failed, the first: {self.error}" if self.failures else ""
-        which = f"{self.suite} ({self.digest}{', quick' if self.quick else ''}{', own seeds' if self.key else ''})"
+        which = f"{self.digest}{', quick' if self.quick else ''}{f', key {self.key!r}' if self.key else ''}"
         versions = ", ".join(f"{name} {version}" for name, version in self.versions.items())
-        return f"{which}; {played}{paid if cost['answers'] else ''}{failed}; {versions}."
+        return f"{self.suite} ({which}); {played}{paid if cost['answers'] else ''}{failed}; {versions}."
 
     def as_svg(self) -> str:
         """A dot with its interval for each ability that was measured; 0 is no notice, 1 the reference."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from llf_teacher.studies.analysis.statistics import LEAST, mean_interval, p_words, paired_difference
+from llf_teacher.studies.analysis.statistics import LEAST, LEVEL, RESAMPLES, mean_interval, p_words, paired_difference
 
 Numbers = NDArray[np.float64]
 ALPHA = 0.05
@@ -17,8 +17,8 @@ UNREAD = 0.5
 """Share of a student's answers that are no actions, above which its regret says nothing of feedback."""
 CEILING = 0.1
 """Share of the reference's regret without help, below which a student has nothing left to save."""
-LEVELS = {"unread": UNREAD, "ceiling": CEILING, "seeds": LEAST}
-"""The thresholds."""
+LEVELS = (ALPHA, UNREAD, CEILING, LEAST, LEVEL, RESAMPLES)
+"""The thresholds, and what decides intervals and tests."""
 
 
 class Arms(NamedTuple):

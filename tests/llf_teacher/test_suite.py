@@ -29,7 +29,7 @@ from llf_teacher.suite.places import ARMS, HOUSE, OPTIONS
 from llf_teacher.suite.play import QUICK, chosen, seeds_of, studies_of
 from llf_teacher.suite.score import Arms, score
 
-DIGEST = "1534b227054346f8"
+DIGEST = "0435d313fad64d41"
 
 
 def arms(better, worse, unit_better=0.0, unit_worse=10.0, n=20, noise=1.0, seed=0, **more):
@@ -52,6 +52,7 @@ def test_the_digest_is_that_of_the_version():
         ("OPTIONS", {}),
         ("TURNS", 13),
         ("FACTS", ()),
+        ("LEVELS", (0.1,)),
         ("seeds_of", lambda *_, **__: ()),
     ],
 )
@@ -527,6 +528,7 @@ def test_cards_are_compared_and_checked(store, tmp_path):
         compare(tmp_path / "oracle.json", files[0])
     result = CliRunner().invoke(app, ["suite", "compare", *files])
     assert "-1.00 [" in result.output
+    assert f"suite-v1 ({DIGEST}, quick); 48 episodes" in " ".join(result.output.split())
     result = CliRunner().invoke(app, ["suite", "check", *files])
     assert "of obedient." in result.output
     take("random", store, ["turncoat"], quick=True, workers=1).write(Path(files[1]))
