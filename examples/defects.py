@@ -28,14 +28,6 @@ class Defect(Trait):
         raise NotImplementedError
 
 
-class MissesThePast(Defect):
-    """Does not hear what is about an earlier turn."""
-
-    def lacks(self, atom: Atom, scene: Scene) -> bool:
-        """Whether it is late."""
-        return atom.kind is not None and atom.about_turn < scene.turn
-
-
 class MissesHints(Defect):
     """Does not hear advice and warnings that name no action."""
 

@@ -2,8 +2,8 @@
 
     python examples/suite_gallery.py --keys "" one --plot docs/suite-gallery.png
 
-Prints the scores, the rank correlations of students between the first key and each other one, and those between the two
-families of each experiment. `--cards FOLDER` writes the cards of the first key.
+Prints the scores, and the rank correlations of students between the first key and each other one. `--cards FOLDER`
+writes the cards of the first key.
 """
 
 import argparse
@@ -17,7 +17,6 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
-from llf_teacher.registry import entry
 from llf_teacher.students.parsing import STUDENTS, parse_student
 from llf_teacher.suite import Card, all_experiments, take
 
@@ -66,16 +65,6 @@ def alike(first: NDArray[np.float64], second: NDArray[np.float64]) -> str:
     if both.sum() < LEAST or min(len(np.unique(each[both].round(9))) for each in (first, second)) < DISTINCT:
         return f"none ({both.sum()} students)"
     return f"{spearmanr(first[both], second[both]).statistic:.3f} ({both.sum()})"
-
-
-def families(places: Mapping[str, Sequence[Mapping[str, float]]]) -> str:
-    """By experiment how alike both families order students, from each student's scores by environment."""
-    lines = ["Rank correlation of both families:"]
-    for name, found in places.items():
-        ids = all_experiments()[name].ids
-        pair = np.array([[each.get(id, np.nan) for each in found] for id in ids])
-        lines.append(f"- {name} ({', '.join(entry(id).family.name for id in ids)}): {alike(*pair)}")
-    return "\n".join(lines)
 
 
 def table(cards: Sequence[Card], role: str = "student") -> str:
@@ -143,7 +132,6 @@ def main() -> None:
         print(f"Rank correlation of {args.keys[0]!r} and {key!r}, all scores: {alike(one, other)}")
         for i, name in enumerate(all_experiments()):
             print(f"- {name}: {alike(one[:, i], other[:, i])}")
-    print(families({name: [card.lines[i].places for card in first] for i, name in enumerate(all_experiments())}))
     if args.cards is not None:
         args.cards.mkdir(parents=True, exist_ok=True)
         for number, card in enumerate(first):

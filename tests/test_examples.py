@@ -257,15 +257,17 @@ def test_the_check_of_the_mirror_finds_what_is_wrong(monkeypatch):
 def test_families_order_students_alike_or_not(monkeypatch):
     """Pairs count that differ in both families; a student that played like another is no other."""
     monkeypatch.syspath_prepend(ROOT / "examples")
-    order = importlib.import_module("check_suite").order
+    check = importlib.import_module("check_suite")
+    order = check.order
     noise = np.random.default_rng(0).normal(0, 0.1, (4, 2, 20))
     means = np.array([[0, 0], [1, 2], [2, 3], [3, 3]])  # by student and family; the last two differ in one only
     costs = list(means[:, :, np.newaxis] + noise)
-    assert order(costs) == (4, 5, 0)
-    assert order([*costs, costs[0], costs[3]]) == (4, 5, 0)
-    assert order([each * [[1], [-1]] for each in costs]) == (4, 0, 5)
-    assert order(costs[:1]) == (1, 0, 0)
-    assert order([]) == (0, 0, 0)
+    assert order(costs).tolist() == [5, 0, 1]
+    assert order([*costs, costs[0], costs[3]]).tolist() == [5, 0, 1]
+    assert order([each * [[1], [-1]] for each in costs]).tolist() == [0, 5, 1]
+    assert order(costs[:1]).tolist() == order([]).tolist() == [0, 0, 0]
+    table = check.families({"alike": [5, 0, 1], "opposite": [1, 5, 0], "few": [4, 0, 9]})
+    assert re.findall("[^|]+(?= \\|$)", table, re.MULTILINE)[2:] == [" 1.00", " -0.67: not alike", " too few pairs"]
 
 
 def test_the_flatterer_gives_in_where_the_student_insists_and_nowhere_else(monkeypatch):

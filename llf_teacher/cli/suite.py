@@ -94,19 +94,22 @@ def suite(
             found = play(subject, store, only or (), quick, key, workers, progress, turn_seconds)
         except StudyError as error:
             errors.print(escape_control_chars(f"{error.trace}llf: {error}"))
-            errors.print(f"The episodes so far are in {store}; the same command goes on.")
+            errors.print(f"The episodes so far are in {store}; the next run goes on from there.")
             raise typer.Exit(1) from None
+        except KeyboardInterrupt:
+            errors.print(f"Interrupted. The episodes so far are in {store}; the same command goes on.")
+            raise
     for path in card or ():
         found.write(path)
         console.print(f"Card: {path.resolve()}")
-    heads, *rows = (row[:-1] for row in found.table())
-    table = Table(*heads, title=found.student, caption=FINDS)
+    heads, *rows = ([escape_control_chars(cell) for cell in row[:-1]] for row in found.table())
+    table = Table(*heads, title=escape_control_chars(found.student), caption=FINDS)
     for row in rows:
         table.add_row(*row)
     result = Console(emoji=False, markup=False)
     result.print(table)
     for sentence in found.sentences():
-        result.print(f"- {sentence}")
+        result.print(escape_control_chars(f"- {sentence}"))
     result.print(found.settings())
     if found.failures:
         raise typer.Exit(3)
@@ -119,9 +122,9 @@ def compare_cards(first: Card_, second: Card_) -> None:
     """Compare two cards: the second one's scores less the first one's, each with its interval and test."""
     from llf_teacher.suite import check, compare
 
-    table = Table("ability", "difference", "p", title=f"{second} less {first}")
+    table = Table("ability", "difference", "p", title=escape_control_chars(f"{second} less {first}"))
     for each in compare(first, second):
-        table.add_row(each.ability, each.words, each.chance)
+        table.add_row(each.ability, escape_control_chars(each.words), each.chance)
     result = Console(emoji=False, markup=False)
     result.print(table)
     for path in (first, second):

@@ -4,6 +4,7 @@ import hashlib
 import io
 import json
 import math
+import os
 import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, is_dataclass, replace
@@ -11,6 +12,7 @@ from pathlib import Path
 from typing import Any, ClassVar, Self, get_args, get_origin, get_type_hints
 
 import llf_teacher
+from llf_teacher.escaping import escape_control_chars
 from llf_teacher.studies.analysis.power import least_effect
 from llf_teacher.studies.analysis.statistics import LEAST, Estimate, holm
 from llf_teacher.suite.score import ALPHA, Score
@@ -120,7 +122,7 @@ class Card:
             lines=lines,
             cost=cost | {"episodes": float(len(played))},
             failures=len(failed),
-            error=failed[0]["error"] if failed else "",
+            error=escape_control_chars(failed[0]["error"]) if failed else "",
             versions={"llf-teacher": llf_teacher.__version__, "python": platform.python_version()},
             **settings,
         )
@@ -138,17 +140,19 @@ class Card:
         # to be alike proves less: lessons that a student does not hear are alike
         best = min(shown, key=lambda each: (each.alike is not None, -(each.low or 0)), default=None)
         none = f"No {self.scored} differs significantly from none."
-        said = [f"The {self.role} {best.ability}: {best.words}." if best else none]
+        in_part = " in part" * (best is not None and (best.score or 0) < 0.5)
+        said = [f"The {self.role} {best.ability}{in_part}: {best.words}." if best else none]
         said += [f"Whether it {each.ability} was not shown: it {each.note}." for each in noted]
         less = [each for each in plain if each.high is not None and each.high < 0.5]
         lacking = sorted(less, key=lambda each: each.high or 0)
         weak = "; ".join(f"{each.ability} ({each.words})" for each in lacking[:3])
         if weak:
-            said.append(f"Less than half of what the reference has: {weak}.")
+            more = f"; and {len(lacking) - 3} more" * (len(lacking) > 3)
+            said.append(f"Less than half of what the reference has: {weak}{more}.")
         elif not noted:
             said.append("No interval lies below half of what the reference has.")
         names = "; ".join(each.ability for each in self.lines if each.score is None)
-        said.append(f"Not measured: {names}." if names else f"All {len(measured)} asked for were measured.")
+        said.append(f"Not measured: {names}." if names else f"All {len(measured)} were measured.")
         return said
 
     def as_json(self) -> str:
@@ -215,10 +219,12 @@ class Card:
         from llf_teacher.studies.report.plots import STYLE, Pane, panel_plot
 
         file, dots, scale = io.StringIO(), {}, "0: none of it, 1: as the reference"
-        rows = [f"{each.ability}{' (not measured)' * (each.score is None)}" for each in self.lines]
-        for each in (each for each in self.lines if each.score is not None):
-            low, high = (math.nan if end is None else end for end in (each.low, each.high))
-            dots[each.ability, self.role] = Estimate(each.score or 0.0, low, high, each.seeds)
+        unsure = {True: " (not measured)", False: " (no interval)"}
+        rows = [f"{each.ability}{unsure[each.score is None] * (each.low is None)}" for each in self.lines]
+        for row, each in zip(rows, self.lines, strict=True):
+            if each.score is not None:
+                low, high = (math.nan if end is None else end for end in (each.low, each.high))
+                dots[row, self.role] = Estimate(each.score, low, high, each.seeds)
         with style.context(STYLE):
             figure = panel_plot([Pane(f"{self.student:.70}", scale, dots)], rows, [self.role], "score")
             figure.axes[0].axvline(1, color="0.5", linestyle=":", zorder=0)
@@ -258,6 +264,8 @@ def check_file(path: Path) -> None:
         raise ValueError(unknown("format of a card", path.suffix, FORMATS))
     if not path.absolute().parent.is_dir():
         raise FileNotFoundError(f"the folder {path.absolute().parent} of the card does not exist; make it first")
+    if path.is_dir() or not os.access(path if path.exists() else path.absolute().parent, os.W_OK):
+        raise ValueError(f"cannot write the card to {path}: give a file that you may write")
 
 
 def _read(type_: Any, value: Any, where: str, ends: tuple[float, float] = (-_MOST, _MOST)) -> Any:

@@ -62,7 +62,7 @@ def all_experiments() -> Mapping[str, Experiment]:
 
 
 ORDER = (
-    *("advice", "warnings", "praise", "blame", "late", "hints"),
+    *("advice", "warnings", "praise", "blame", "hints"),
     *("silence", "recall", "rules", "voice", "truisms", "turncoat"),
 )
 """The names in the order of a card."""

@@ -20,7 +20,7 @@ from llf_teacher.studies.execution.limits import Limits
 from llf_teacher.studies.execution.runner import RunOptions
 from llf_teacher.suite.card import Card, checksum
 from llf_teacher.suite.experiment import TURNS, Experiment, all_experiments
-from llf_teacher.suite.places import ARMS, HOUSE, OPTIONS
+from llf_teacher.suite.places import ARMS, OPTIONS
 from llf_teacher.suite.score import LEVELS, Arms, Score, score
 from teachers.common import FACTS
 from teachers.spec import unknown
@@ -28,8 +28,8 @@ from teachers.spec import unknown
 VERSION = "suite-v1"
 """Worlds, seeds, teachers, references and thresholds of this name never change; `digest` is that of all of them."""
 QUICK_SEEDS, QUICK_TURNS = 8, 5
-QUICK = {"advice": HOUSE, "hints": ARMS, "silence": ARMS, "turncoat": ARMS}
-"""The experiments of `quick`, each in the environment in which the reference's contrast exceeds its noise most."""
+QUICK = ("advice", "hints", "silence", "turncoat")
+"""The experiments of `quick`, whose references' contrasts exceed their noise most; each is played with bandits."""
 FIRST_SEED = 500_000
 """First seed of the suite without a key."""
 T = TypeVar("T")
@@ -49,13 +49,13 @@ def seeds_of(key: str = "", quick: bool = False) -> tuple[int, ...]:
 
 
 def chosen(names: Sequence[str] = (), quick: bool = False) -> dict[str, Experiment]:
-    """The experiments of these names; without names all, or those of `quick`, each in one environment.
+    """The experiments of these names; without names all, or those of `quick`, with bandits alone.
 
     Raises:
         ValueError: an unknown name.
     """
     if quick and not names:
-        return {name: replace(all_experiments()[name], ids=(id,)) for name, id in QUICK.items()}
+        return {name: replace(all_experiments()[name], ids=(ARMS,)) for name in QUICK}
     return named("experiment", names, all_experiments())
 
 
@@ -170,12 +170,12 @@ def played(
     """
     options = RunOptions(limits=Limits(turn_seconds=turn_seconds), retry_failed=True, fail_fast=math.isfinite(most))
     each_keys = [(study, {each.key for each in study.episodes()}) for study in studies]
-    keys, done = set[str]().union(*(own for _, own in each_keys)), 0
+    total, done = sum(len(own) for _, own in each_keys), 0
     lost: list[Mapping[str, Any]] = []
 
     def show(of_study: int, _: int) -> None:
         if progress is not None:
-            progress(done + of_study, len(keys))
+            progress(done + of_study, total)
 
     for study, own in each_keys:
         with run(study, store, workers, show, options) as results:
@@ -183,6 +183,7 @@ def played(
         done += len(own)
         if len(lost) >= most:
             break
+    keys = set[str]().union(*(own for _, own in each_keys))
     with load(store) as results:
         return [row for row in results.rows() if row["key"] in keys], lost
 

@@ -1,14 +1,17 @@
 """Takes advice: does what the teacher says to do next.
 
 Why: advice says all that the next action needs. Advice (fp) beside a placebo, as many words that say nothing of the
-task, in 20 bandits and 20 houses. Confounds: a student that only obeys has no regret; whether it understands why does
-not count.
+task, in 20 bandits and with 20 lists of films. Without help no student does well in these; in a house one that reads
+the plan does, so that advice saves it less than one that only obeys. Confounds: a student that only obeys has no
+regret; whether it understands why does not count.
 """
 
 from llf_teacher.suite.experiment import Experiment
+from llf_teacher.suite.places import ARMS, FILMS
 
 EXPERIMENT = Experiment(
     ability="takes advice",
     better="only(kinds='fp')",
     reference="obedient",
+    ids=(ARMS, FILMS),
 )
