@@ -1,6 +1,6 @@
 """Whether the suite measures what it says: the score that known defects cost in each experiment.
 
-    python examples/check_suite.py --pairs 20 --plot docs/suite.png
+    python examples/check_suite.py --keys sorrel cedar --pairs --plot docs/suite.png
 
 A student with an ability gets a trait that takes it away, at three strengths. At full strength the score of that
 ability should fall by 0.8 of it at least, and no other by more than 0.2, but those that rest on it. With `--pairs` each

@@ -21,11 +21,11 @@ from llf_teacher.studies import Study, run
 from llf_teacher.studies.analysis.power import least_effect
 from llf_teacher.studies.analysis.resampling import sign_flips
 from llf_teacher.suite import Card, all_experiments, check, compare, digest, experiments, mirror, play, take
-from llf_teacher.suite.card import AbilityLine, CardError, checksum
+from llf_teacher.suite.card import AbilityLine, CardError, check_file, checksum
 from llf_teacher.suite.comparing import _difference
 from llf_teacher.suite.estimate import estimate
 from llf_teacher.suite.experiment import ORDER
-from llf_teacher.suite.places import ARMS, HOUSE, OPTIONS
+from llf_teacher.suite.places import ARMS, FILMS, HOUSE, OPTIONS
 from llf_teacher.suite.play import chosen, seeds_of, studies_of
 from llf_teacher.suite.score import Arms, score
 
@@ -303,6 +303,9 @@ def test_a_card_with_a_byte_order_mark_is_read_and_one_without_a_checksum_is_not
 
 def test_a_file_for_the_card_is_checked_before_the_suite_is_played(tmp_path):
     store = tmp_path / "it.db"
+    (tmp_path / "folder.json").mkdir()
+    with pytest.raises(ValueError, match=r"cannot write the card to .*folder\.json"):
+        check_file(tmp_path / "folder.json")
     command = ["suite", "--student", "obedient", "--quick", "--store", f"{store}", "--card", f"{tmp_path / 'card.pdf'}"]
     result = CliRunner().invoke(app, command)
     assert "unknown format of a card '.pdf'" in f"{result.exception}"
@@ -402,12 +405,12 @@ def test_an_agent_that_answers_nonsense_is_not_measured(tmp_path):
 
 
 def test_a_family_that_is_not_installed_does_not_count(store, monkeypatch):
-    house = entry("llf-gridworld-v0").family
-    monkeypatch.setattr(type(house), "missing", lambda self: "no houses here" if self is house else "")
+    films = entry(FILMS).family
+    monkeypatch.setattr(type(films), "missing", lambda self: "no films here" if self is films else "")
     (line,) = take("obedient", store, ["advice"], quick=True, workers=1).lines
     assert line.score == pytest.approx(1)
     assert len(line.places) == 1
-    assert "llf-gridworld-v0: no houses here" in line.why
+    assert f"{FILMS}: no films here" in line.why
 
 
 def test_a_student_that_forgets_between_episodes_is_not_measured_there(store):
@@ -421,7 +424,7 @@ RECALLS = "obedient(forget=False)"
 
 def test_a_card_says_what_its_tests_find(store):
     """The test has about that power, also with few worlds, whose p-values are coarse; seven find nothing."""
-    (line,) = take("bayesian", store, ["advice"], quick=True, workers=1).lines
+    (line,) = take("obedient | mishears(p=0.5)", store, ["advice"], quick=True, workers=1).lines
     assert 0 < line.finds < 1
     assert least_effect(7, 1.0, 0.0125) == np.inf
     for n, alpha in ((8, 0.0125), (8, 0.05), (10, 0.0125)):
@@ -536,6 +539,60 @@ def test_cards_are_compared_and_checked(store, tmp_path):
     replace(Card.load(files[0]), quick=False).write(Path(files[1]))
     with pytest.raises(CardError, match=r"obedient.json is of the quick suite, .*random.json is not"):
         compare(*files)
+
+
+class Hostile:
+    """An agent whose error would control a terminal."""
+
+    text = True
+
+    def reset(self, rng):
+        """Nothing."""
+
+    def act(self, observation, info):
+        raise RuntimeError("\x1b[2J\u202eevil")
+
+
+def test_text_of_agents_and_cards_does_not_control_the_terminal(store, tmp_path, monkeypatch):
+    with pytest.warns(RuntimeWarning, match="episodes failed"):
+        card = take(Hostile, tmp_path / "it.db", ["hints"], quick=True, workers=1)
+    assert "\x1b" not in card.as_markdown() + card.as_html()
+    assert r"\x1b[2J\u202eevil" in card.error
+    card = take("obedient", store, ["advice"], quick=True, workers=1)
+    for path in (first := tmp_path / "\u202eone.json", second := tmp_path / "two.json"):
+        replace(card, lines=[replace(card.lines[0], low=None, high=None, why="\x1b[2J\u202eevil")]).write(path)
+    for command in (["compare", f"{first}", f"{second}"], ["check", f"{second}"]):
+        assert not re.search("[\x1b\u202e]", CliRunner().invoke(app, ["suite", *command]).output)
+    monkeypatch.setattr("llf_teacher.suite.take", lambda *_: card.load(second))
+    assert not re.search("[\x1b\u202e]", CliRunner().invoke(app, ["suite", "--student", "obedient"]).output)
+
+
+def test_the_progress_ends_at_its_total(tmp_path):
+    shown = []
+    take(RECALLS, tmp_path / "it.db", ["advice", "recall"], True, "", 1, lambda *of: shown.append(of))
+    assert shown[-1][0] == shown[-1][1] > 100
+    mirror.take("oracle", tmp_path / "it.db", ["worth", "use"], True, "", 1, lambda *of: shown.append(of), worlds=5)
+    assert all(done <= total for done, total in shown)
+    assert shown[-1][0] == shown[-1][1]
+
+
+def test_an_interrupted_suite_says_where_its_episodes_are(tmp_path, monkeypatch):
+    def take(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("llf_teacher.suite.take", take)
+    result = CliRunner().invoke(app, ["suite", "--student", "obedient", "--store", f"{tmp_path / 'it.db'}"])
+    assert "it.db; the same command goes on" in result.output
+    assert result.exit_code == 130
+
+
+def test_a_low_score_is_an_ability_in_part_and_what_is_lacking_is_counted(store):
+    card = take("obedient", store, ["advice"], quick=True, workers=1)
+    lines = [replace(line(0.3, 0.1), name=name, p=0.01) for name in ("a", "b", "c", "d", "e")]
+    said = replace(card, lines=lines).sentences()
+    assert re.search(r"in part: 0\.30 \[0\.20, 0\.40\]", said[0])
+    assert said[1].endswith("and 2 more.")
+    assert "(no interval)" in replace(card, lines=[line(0.3, None)]).as_svg()
 
 
 def test_a_suite_without_a_student_says_what_to_give():
