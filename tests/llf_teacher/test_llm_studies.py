@@ -151,7 +151,7 @@ def test_a_limit_stops_the_suite(tmp_path):
         stopped = llf("suite", *options, cwd=tmp_path, LLF_LLM_API_KEY=KEY)
     assert stopped.returncode == 1
     assert "llf: the spending limit of 5 USD is reached" in stopped.stderr
-    assert "The episodes so far are in llf-suite.db; the same command goes on." in stopped.stderr
+    assert "The episodes so far are in llf-suite.db; the next run goes on from there." in stopped.stderr
     assert "Traceback" not in stopped.stderr
 
 
