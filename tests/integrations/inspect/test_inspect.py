@@ -98,9 +98,16 @@ def take_advice(request):
     return obey({"messages": [{"content": advice + observed + rest}]})
 
 
+def pull_what_was_named(request):
+    """The arm that the last words name last, or the first."""
+    said = re.split("You observe|What do you do in turn", request["messages"][-1]["content"])[0]
+    arms = re.findall(r"\b\d\b", said)
+    return f"Response: {arms[-1] if arms else 0}"
+
+
 @pytest.mark.parametrize(
     ("only", "model", "measured"),
-    [("advice", obey, True), ("voice", take_advice, True), ("voice", obey, False)],
+    [("advice", pull_what_was_named, True), ("voice", take_advice, True), ("voice", obey, False)],
     ids=["advice", "voice", "what is not measured is no number"],
 )
 def test_the_suite_has_the_scores_of_a_card(tmp_path, only, model, measured):
