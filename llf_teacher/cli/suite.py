@@ -84,7 +84,8 @@ def suite(
     console = Console(emoji=False, stderr=True, markup=False)
     subject = student or teacher or ""
     role, before = ("student", estimate) if teacher is None else ("teacher", estimate_teacher)
-    console.print(f"The {role} plays {before(subject, only or (), quick, key)}, less what {store} has already.")
+    console.print(f"The {role} plays {before(subject, only or (), quick, key)}, less what {store} has already,")
+    console.print("and the references, whose scores are the units, play as well.")
     if store.exists() and ":" in subject:
         console.print("If your code has changed since, give another --store: episodes are known by their spec.")
     with StudyProgress(console) as progress, warnings.catch_warnings():
