@@ -25,7 +25,7 @@ from llf_teacher.suite.card import AbilityLine, CardError, check_file, checksum
 from llf_teacher.suite.comparing import _difference
 from llf_teacher.suite.estimate import estimate
 from llf_teacher.suite.experiment import ORDER
-from llf_teacher.suite.places import ARMS, FILMS, HOUSE, OPTIONS
+from llf_teacher.suite.places import ARMS, FILMS, OPTIONS
 from llf_teacher.suite.play import chosen, seeds_of, studies_of
 from llf_teacher.suite.score import Arms, score
 
@@ -432,17 +432,22 @@ def test_a_card_says_what_its_tests_find(store):
         assert np.mean(sign_flips(draws, 9999) <= alpha) == pytest.approx(0.78, abs=0.05), n
 
 
-@pytest.mark.parametrize("id", [ARMS, HOUSE])
-@pytest.mark.parametrize("kind", ["fp", "hn"])
-def test_a_placebo_has_as_many_words(tmp_path, id, kind):
-    """On average over some hundred turns, also where advice is shorter than most facts."""
-    teachers = f"only(kinds='{kind}')", f"only(kinds='{kind}') | placebo"
-    study = Study(
-        ids=(id,), teachers=teachers, students=("random",), seeds=40, max_turns=12, options={id: OPTIONS.get(id, {})}
-    )
-    with run(study, tmp_path / "it.db", 1) as results:
-        said, placebo = (sum(row["words"] for row in results.rows() if row["teacher"] == each) for each in teachers)
-    assert placebo == pytest.approx(said, rel=0.05)
+PLACEBOS = [name for name, each in all_experiments().items() if not each.worse]
+
+
+@pytest.mark.parametrize("name", PLACEBOS)
+def test_a_placebo_has_as_many_words(tmp_path, name):
+    """To a student that acts alike in both lessons, which are its tests where an experiment has these."""
+    asked = all_experiments()[name]
+    for id in asked.ids:
+        study = Study(
+            ids=(id,), teachers=asked.arms[:2], students=("random",), seeds=range(asked.seeds), max_turns=12,
+            options={id: OPTIONS[id]} if id in OPTIONS else {},
+        )  # fmt: skip
+        with run(study, tmp_path / "it.db", 1) as results:
+            rows = [row for row in results.rows() if row["id"] == id]
+        said, placebo = (sum(row["words"] for row in rows if row["teacher"] == each) for each in asked.arms[:2])
+        assert placebo == pytest.approx(said, rel=0.13 if id == FILMS else 0.08), id  # no truism is as long as titles
 
 
 def test_the_quick_suite_fits_400_turns():
