@@ -13,7 +13,6 @@ from hypothesis import HealthCheck, settings
 import llf_teacher
 
 os.environ.pop("ALFWORLD_DATA", None)  # so that games are generated, here and in other processes
-os.environ["NUMBA_DISABLE_JIT"] = "1"  # what runs without the extra `fast` is tested; test_compiled.py tests the rest
 _plans = tempfile.TemporaryDirectory(prefix="llf-plans-")  # of this process, and gone with it
 os.environ["LLF_CACHE"] = _plans.name
 

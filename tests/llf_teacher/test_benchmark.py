@@ -261,21 +261,6 @@ def test_the_last_bit_of_a_claim_is_compared(tmp_path):
 
 
 @pytest.mark.full
-def test_the_extra_fast_says_the_same():
-    result = CliRunner().invoke(
-        app, ["dev", "compare", str(INSTALLED), "llf-highway-parking-v0", "--episodes", "40", "--fast"]
-    )
-    assert result.exit_code == 0, result.output
-
-
-def test_the_extra_fast_has_to_be_there(monkeypatch):
-    monkeypatch.setattr("llf_teacher.cli.dev.compare.find_spec", lambda name: None)
-    result = CliRunner().invoke(app, ["dev", "compare", str(INSTALLED), GRID, "--fast"])
-    assert result.exit_code == 2
-    assert "llf-teacher[fast]" in result.output
-
-
-@pytest.mark.full
 def test_a_slowed_copy_fails_and_the_other_way_round_passes(tmp_path):
     line = "        self._running = not (session.terminated or session.truncated)\n"
     copy(tmp_path, "llf_teacher/gym/student_env.py", line, line + "        sum(range(4000))\n")

@@ -28,7 +28,7 @@ MODULES = """
     pz_envs.assembly pz_envs.family pz_envs.learning pz_envs.lesson pz_envs.parallel_seats pz_envs.rewards
     pz_envs.seatings.classroom pz_envs.seatings.panel pz_envs.seatings.tutoring pz_envs.settings
     pz_envs.student_view pz_envs.teacher_view pz_envs.testing
-    teachers.atoms teachers.batches teachers.common teachers.compiled teachers.information teachers.oracle
+    teachers.atoms teachers.batches teachers.common teachers.information teachers.oracle
     teachers.personality teachers.planning teachers.reliability teachers.schema teachers.session teachers.spec
     teachers.teacher teachers.testing
     worlds.batches worlds.pictures worlds.pictures.testing worlds.posteriors worlds.posteriors.testing worlds.spaces

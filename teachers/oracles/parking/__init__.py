@@ -35,13 +35,13 @@ from teachers.oracles.parking.claims import (
 )
 from teachers.oracles.parking.driving import solve
 from teachers.oracles.parking.field import MARGIN, gain_of
-from teachers.oracles.parking.model import BRAKES, TOLERANCE, Ground, brake, can_stop, misfit, misses, move, pairs
+from teachers.oracles.parking.model import BRAKES, TOLERANCE, Ground, brake, can_stop, misfit, misses, move
 from worlds.parking import WALL_X, WALL_Y, Action, Car, Parking, Spot, Truth
 
 
 @lru_cache(maxsize=16)
 def _ground(spot: Spot, parked: tuple[Car, ...]) -> Ground:
-    middles = pairs([(other.x, other.y) for other in parked])
+    middles = tuple([(other.x, other.y) for other in parked])
     return Ground((spot.x, spot.y, spot.heading), TOLERANCE, middles, WALL_X, WALL_Y)
 
 

@@ -6,7 +6,6 @@ is pure: equal arguments give equal plans.
 
 from math import atan, cos, inf, pi, sin, sqrt
 
-from teachers.compiled import compiled
 from teachers.oracles.parking.model import (
     HALF,
     PUSH,
@@ -37,10 +36,8 @@ def solve(ground: Ground, car: Car) -> tuple[Action, ...]:
     return tuple([(pedal / 100, wheel / 100) for pedal, wheel in _solve(ground, car)])
 
 
-@compiled
 def _solve(ground: Ground, car: Car) -> list[Hundredths]:
-    nothing = [(0, 0)][:0]  # so that its type is known
-    actions = _from(ground, car, nothing, car)
+    actions = _from(ground, car, [], car)
     if actions:
         return actions
     for times in (1, 4, 7):
@@ -49,17 +46,16 @@ def _solve(ground: Ground, car: Car) -> list[Hundredths]:
                 actions = _after(ground, car, [(pedal, wheel)] * times)
                 if actions:
                     return actions
-    return nothing
+    return []
 
 
-@compiled
 def _after(ground: Ground, car: Car, before: list[Hundredths]) -> list[Hundredths]:
     """Actions that park the car, beginning with these and full braking; empty if none were found."""
     x, y, heading, speed = car
     for pedal, wheel in before:
         there = move(ground, (x, y, heading, speed), pedal, wheel)
         if there is None:
-            return before[:0]
+            return []
         x, y, heading, speed = there
     for held in range(-100, 101, 25):
         stops, stop, halt = brake(ground, (x, y, heading, speed), held)
@@ -67,10 +63,9 @@ def _after(ground: Ground, car: Car, before: list[Hundredths]) -> list[Hundredth
             actions = _from(ground, car, before + stop, halt)
             if actions or len(before) > 1:
                 return actions
-    return before[:0]
+    return []
 
 
-@compiled
 def _from(ground: Ground, car: Car, before: list[Hundredths], there: Car) -> list[Hundredths]:
     """Actions that park the car, of which `before` lead to `there`, where a path begins; empty if none were found."""
     stop, driven = _direct(ground, there)
@@ -84,15 +79,14 @@ def _from(ground: Ground, car: Car, before: list[Hundredths], there: Car) -> lis
             x, y, heading, speed = after
         off_by = excess(ground, (x, y, heading, speed))
         if off_by < SURE:
-            return led[: count + 1] if off_by < -SURE else led[:0]
+            return led[: count + 1] if off_by < -SURE else []
     return led + driven
 
 
-@compiled
 def _direct(ground: Ground, car: Car) -> tuple[list[Hundredths], list[Hundredths]]:
     """Actions that stop the car, if needed, and those along a path; empty if the paths that are tried fail."""
-    nothing = [(0, 0)][:0]  # so that its type is known
-    starts, stops = [(0, car)], [nothing]
+    starts: list[tuple[int, Car]] = [(0, car)]
+    stops: list[list[Hundredths]] = [[]]
     if abs(car[3]) > PUSH:
         for wheel in (0, 100, -100):
             stopped, actions, halt = brake(ground, car, wheel)
@@ -119,10 +113,9 @@ def _direct(ground: Ground, car: Car) -> tuple[list[Hundredths], list[Hundredths
             known = len(found)
             if tried == _DRIVEN:
                 break
-    return nothing, nothing
+    return [], []
 
 
-@compiled
 def _follow(ground: Ground, car: Car, segments: list[Segment]) -> list[Hundredths]:
     """Drive along a path by pursuit of a point ahead: the actions that park the car; empty if it is not parked.
 
@@ -160,7 +153,7 @@ def _follow(ground: Ground, car: Car, segments: list[Segment]) -> list[Hundredth
             off = dx * dx + dy * dy
         bent = abs((headings[at] - heading + pi) % _TURN - pi)
         if off > _ASTRAY or bent > 0.6:
-            return actions[:0]
+            return []
         ahead = max(0.45 * pace + 1, 1.5)
         to = min(at + round(ahead / SPACING), end)
         dx, dy = xs[to] - rear_x, ys[to] - rear_y
@@ -178,11 +171,11 @@ def _follow(ground: Ground, car: Car, segments: list[Segment]) -> list[Hundredth
         else:
             there = move(ground, (x, y, heading, speed), action[0], action[1])
             if there is None:
-                return actions[:0]
+                return []
             x, y, heading, speed = there
         actions.append(action)
         if abs(x - goal_x) + 0.3 * abs(y - goal_y) < tolerance:
             off_by = excess(ground, (x, y, heading, speed))
             if off_by < SURE:
-                return actions if off_by < -SURE else actions[:0]
-    return actions[:0]
+                return actions if off_by < -SURE else []
+    return []
