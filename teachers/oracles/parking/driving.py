@@ -7,10 +7,13 @@ is pure: equal arguments give equal plans.
 from math import atan, cos, inf, pi, sin, sqrt
 
 from teachers.oracles.parking.model import (
+    GAIN,
     HALF,
     PUSH,
     REACH,
+    STEPS,
     SURE,
+    WHEEL,
     Action,
     Car,
     Ground,
@@ -18,9 +21,9 @@ from teachers.oracles.parking.model import (
     brake,
     excess,
     move,
-    roll,
 )
 from teachers.oracles.parking.paths import SPACING, TOP, Segment, cheapest, paths, targets, trace
+from worlds.parking import DT
 
 _TURN, _QUARTER = 2 * pi, pi / 4
 _LONGEST = 90  # actions
@@ -123,7 +126,7 @@ def _follow(ground: Ground, car: Car, segments: list[Segment]) -> list[Hundredth
     """
     (goal_x, goal_y, _), tolerance = ground.spot, ground.tolerance + SURE
     clear_x, clear_y = ground.wall_x - REACH, ground.wall_y - REACH
-    if len(ground.parked):
+    if ground.parked:
         clear_x = clear_y = 0.0  # there are other obstacles than walls
     actions: list[Hundredths] = []
     number = at = 0
@@ -131,7 +134,7 @@ def _follow(ground: Ground, car: Car, segments: list[Segment]) -> list[Hundredth
     end = len(xs) - 1
     x, y, heading, speed = car
     for _ in range(_LONGEST):
-        pace = abs(speed)
+        pace = speed if speed > 0 else -speed
         cosine, sine = cos(heading), sin(heading)
         rear_x, rear_y = x - HALF * cosine, y - HALF * sine
         dx, dy = xs[at] - rear_x, ys[at] - rear_y
@@ -154,20 +157,34 @@ def _follow(ground: Ground, car: Car, segments: list[Segment]) -> list[Hundredth
         bent = abs((headings[at] - heading + pi) % _TURN - pi)
         if off > _ASTRAY or bent > 0.6:
             return []
-        ahead = max(0.45 * pace + 1, 1.5)
-        to = min(at + round(ahead / SPACING), end)
+        ahead = 0.45 * pace + 1
+        if ahead < 1.5:
+            ahead = 1.5
+        to = at + round(ahead / SPACING)
+        if to > end:
+            to = end
         dx, dy = xs[to] - rear_x, ys[to] - rear_y
         if ahead > left:
             dx = xs[to] + way * (ahead - left) * cos(headings[to]) - rear_x
             dy = ys[to] + way * (ahead - left) * sin(headings[to]) - rear_y
         far = dx * dx + dy * dy
         bend = 2 * (dy * cosine - dx * sine) / (far if far > 0.25 else 0.5 * sqrt(far) + SURE)
-        fast = min(sqrt(6 * left + 4 if last else 6 * left), 2.5 if bent > 0.3 else TOP)
-        pedal = (way * max(fast, 0.4) - speed) / PUSH
+        fast, most = 6 * left + 4 if last else 6 * left, 2.5 if bent > 0.3 else TOP
+        fast = sqrt(fast) if fast < most * most else most
+        pedal = (way * (fast if fast > 0.4 else 0.4) - speed) / PUSH
         wheel = atan(bend * 2 * HALF) / _QUARTER
-        action = round(min(max(pedal, -1.0), 1.0) * 100), round(min(max(wheel, -1.0), 1.0) * 100)
+        action = (
+            100 if pedal >= 1 else -100 if pedal <= -1 else round(pedal * 100),
+            100 if wheel >= 1 else -100 if wheel <= -1 else round(wheel * 100),
+        )
         if abs(x) + 0.3 * pace < clear_x and abs(y) + 0.3 * pace < clear_y:  # without this a turn takes 12 % longer
-            x, y, heading, speed = roll((x, y, heading, speed), action[0], action[1])
+            gain, (slip, sine) = GAIN[action[0] + 100], WHEEL[action[1] + 100]
+            for _ in range(STEPS):  # as in `move`
+                course = heading + slip
+                x += speed * cos(course) * DT
+                y += speed * sin(course) * DT
+                heading += speed * sine / HALF * DT
+                speed += gain
         else:
             there = move(ground, (x, y, heading, speed), action[0], action[1])
             if there is None:
