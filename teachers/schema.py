@@ -313,7 +313,12 @@ def _bare(sentence: str) -> str:
 
 def storable(text: str) -> str:
     """A text from outside without lone surrogates, which no file takes: a question mark stands for each."""
-    return text if text.isascii() else text.encode("utf-8", "replace").decode()
+    if not text.isascii():
+        try:
+            text.encode()
+        except UnicodeEncodeError:
+            return text.encode("utf-8", "replace").decode()
+    return text
 
 
 def sentences_of(text: str) -> list[str]:
