@@ -98,10 +98,10 @@ def read_text(action: Any, world: World[Any]) -> Any:
 
 def read_verbatim(action: Any, world: World[Any]) -> Any:
     """A text, taken as it is by a world whose actions are texts, or a `ParseFailure`; as in `read_text`."""
-    if type(action) is not str:
-        action = _checked(action)
-        action = action.text if isinstance(action, Parted) else action
-    return legal_text(action, world)
+    if type(action) is str:
+        return legal_text(action, world)
+    said = _checked(action)
+    return legal_text(said.text if isinstance(said, Parted) else said, world)
 
 
 def _checked(action: Any) -> str | Parted:

@@ -142,7 +142,7 @@ class Poem(World[Truth, int, str]):
         self._truth = Truth(pattern, free, action)
         lines = lines_of(action)
         wanted = self._truth.demands(len(lines))
-        right = sum([readings(line) >> number & 1 for line, number in zip(lines, wanted, strict=True)]) if wanted else 0
+        right = sum(map(fits, lines, wanted)) if wanted else 0
         reward = right / len(wanted) - 1.0 if wanted else -1.0
         return 0, reward, False, False, {"success": reward == 0.0}
 

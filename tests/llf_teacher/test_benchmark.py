@@ -181,6 +181,19 @@ def test_all_that_users_call_is_compared(monkeypatch):
     result = CliRunner().invoke(app, ["dev", "benchmark", "--against", "HEAD~1", "--runs", "2"])
     assert result.exit_code == 2
     assert "--runs is of the tables" in result.output
+    result = CliRunner().invoke(app, ["dev", "benchmark", "--limit", "1.1"])
+    assert result.exit_code == 2
+    assert "--limit needs --against" in result.output
+
+
+def test_the_limit_is_given(monkeypatch):
+    monkeypatch.setattr(
+        speed, "measure", lambda calls, scripts: {"here": times(1.15, 1.16, 1.15), "there": times(1, 1, 1)}
+    )
+    monkeypatch.setattr(speed, "blocks_of", lambda id, student, steps: [])
+    for limit, slower in ((1.1, True), (1.2, False)):
+        found = benchmark.compare_speed([family("gridworld")], str(INSTALLED), said, limit=limit)
+        assert {each.slower for each in found} == {slower}
 
 
 def test_a_process_answers():

@@ -184,9 +184,9 @@ def can_stop(ground: Ground, car: Car) -> bool:
 
 def misses(ground: Ground, car: Car, actions: Sequence[Action]) -> bool:
     """Whether actions with two decimals do not park the car, not even on the way, and do not touch anything."""
-    there: Car | None = car
     for pedal, wheel in actions:
-        there = move(ground, there, round(pedal * 100), round(wheel * 100))
+        there = move(ground, car, round(pedal * 100), round(wheel * 100))
         if there is None or excess(ground, there) < SURE:
             return False
+        car = there
     return True
