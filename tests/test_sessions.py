@@ -12,8 +12,6 @@ from llf_teacher import compat
 from llf_teacher.compat.agent_utils import rollout as llfbench_rollout
 from llf_teacher.episodes.live import WATCHER, LiveLesson
 from llf_teacher.integrations.dialogue import Dialogue
-from llf_teacher.integrations.games import Game, play
-from llf_teacher.integrations.trace import TeachingGuide
 from llf_teacher.integrations.trl import FeedbackEnvironment
 from llf_teacher.registry import PREFIX, entry
 from llf_teacher.students.parsing import parse_student
@@ -151,8 +149,6 @@ DOORS = {
     "live watched": lambda _: live(set()),
     "page": lambda _: page(),
     "dialogue": lambda _: dialogue(),
-    "games": lambda _: play(Game(ID, 1), lambda messages: "north", max_turns=3),
-    "trace": lambda _: TeachingGuide(max_turns=3).get_feedback(None, "north", (ID, 1)),
     "trl": lambda _: trl(),
     "compat": lambda _: llfbench_rollout(Agent(), compat.make(ID), horizon=3, seed=1),
     "film": lambda _: film(ID, student="obedient", seed=1, max_turns=3),
