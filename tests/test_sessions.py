@@ -15,9 +15,8 @@ from llf_teacher.integrations.dialogue import Dialogue
 from llf_teacher.integrations.trl import FeedbackEnvironment
 from llf_teacher.registry import PREFIX, entry
 from llf_teacher.students.parsing import parse_student
-from llf_teacher.studies import Study, load, run
+from llf_teacher.studies import Study, run
 from llf_teacher.studies.execution.runner import RunOptions
-from llf_teacher.studies.export import write_export
 from llf_teacher.tools import golden
 from llf_teacher.tools.audit import audit
 from llf_teacher.tools.benchmark.measuring import Writer
@@ -68,12 +67,6 @@ def partners():
 def studies(path, **settings):
     study = Study(ids=(ID,), teachers=("oracle",), students=("obedient",), seeds=(1,), max_turns=3, **settings)
     run(study, path, options=RunOptions("here"))
-
-
-def minari(path):
-    pytest.importorskip("minari")
-    studies(path / "study.sqlite")
-    write_export(load(path / "study.sqlite"), path / "data", "minari")
 
 
 def live(people, **settings):
@@ -142,7 +135,6 @@ DOORS = {
     "TeacherEnv": lambda _: gym(llf_teacher.TeacherEnv(ID, episodes=2, student="q_learning(forget=False)")),
     "rollout": lambda _: llf_teacher.rollout(lambda prompts: ["north"] * len(prompts), ID, 2, max_turns=3),
     "study": lambda path: studies(path / "study.sqlite"),
-    "minari": minari,
     "live student": lambda _: live({STUDENT}),
     "live teacher": lambda _: live({TEACHER}, speech="kinds"),
     "live people": lambda _: live({STUDENT, TEACHER}, speech="claims"),
