@@ -122,14 +122,14 @@ def _own_words(lesson: PlannedLesson, pages: jinja2.Environment) -> list[dict[st
 
 def _to_teach(lesson: PlannedLesson, pages: jinja2.Environment) -> dict[str, Any]:
     """The choices of a person that teaches."""
-    offer = lesson.teacher_view.offer
     if lesson.settings.speech == "message":
-        return {"suggestion": escape_control_chars(offer.suggestion()), "understood": _own_words(lesson, pages)}
-    measured = lesson.weigh(offer.listed())
+        return {"suggestion": escape_control_chars(lesson.suggestion()), "understood": _own_words(lesson, pages)}
+    listed = lesson.listed()
+    measured = lesson.weigh(listed)
     return {
         "claims": [
             _sentence(pages, claim.kind, sentence, bits=bits.described if bits else None)
-            for claim, sentence, bits in zip_longest(offer.listed(), offer.sentences(), measured)
+            for claim, sentence, bits in zip_longest(listed, lesson.sentences(), measured)
         ]
     }
 
