@@ -23,7 +23,7 @@ from llf_teacher.tools.benchmark.measuring import Writer
 from llf_teacher.tools.film import film
 from llf_teacher.tools.pages.gallery import _episode as reply
 from llf_teacher.tools.pictures import sample
-from llf_teacher.web.lesson import PlannedLesson
+from llf_teacher.web.lesson import PlannedLesson, frames
 from llf_teacher.web.plan import read_plan
 from pz_envs.parallel_seats import ParallelSeats
 from pz_envs.seats import STUDENT, TEACHER
@@ -85,7 +85,7 @@ def page():
     lesson = PlannedLesson(read_plan({"id": ID, "seat": "watch", "seed": 1, "max_turns": 3}))
     while not lesson.over:
         lesson.move(WATCHER, None)
-    lesson.film()
+    frames(lesson.plan, lesson.inputs)
 
 
 def dialogue():

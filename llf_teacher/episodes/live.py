@@ -19,6 +19,7 @@ from pz_envs.seats import STUDENT, TEACHER
 from pz_envs.settings import Settings
 from teachers.atoms import Claim, Utterance
 from teachers.seeds import Seeds
+from teachers.session import Offer
 
 if TYPE_CHECKING:
     from teachers.information import Bits
@@ -106,19 +107,19 @@ class LiveLesson:
 
     def claims(self) -> tuple[Claim[Any], ...]:
         """The claims of this moment, with those that are no feedback."""
-        return self._ask("claims")
+        return self._offer("claims").claims()
 
     def listed(self) -> list[Claim[Any]]:
         """The claims to choose from."""
-        return self._ask("listed")
+        return self._offer("listed").listed()
 
     def sentences(self) -> tuple[str, ...]:
         """The words of each claim to choose from."""
-        return self._ask("sentences")
+        return self._offer("sentences").sentences()
 
     def suggestion(self) -> Utterance:
         """What the personality would say of this moment."""
-        return self._ask("suggestion")
+        return self._offer("suggestion").suggestion()
 
     def weigh(self, claims: Iterable[Claim[Any]]) -> "list[Bits]":
         """How much each claim would say now; empty if it is not measured."""
@@ -179,7 +180,7 @@ class LiveLesson:
         """Play what the seats of this lesson, or of one with the same settings and seed, did after the opening."""
         for method, arguments, asked in inputs:
             for name in asked:
-                self._ask(name)
+                getattr(self._offer(name), name)()
             if method == "act" and self._policy is not None:
                 self._policy_action()  # it lives through the turn, and its action is that of the input
             self._do(method, *arguments)
@@ -199,10 +200,10 @@ class LiveLesson:
             self._policy.reset(Seeds(self.seed).stream("student"))
         self.session.open(self.seed)
 
-    def _ask(self, name: str) -> Any:
-        """Ask the teacher for something of this moment."""
-        self._asked[name] = None
-        return getattr(self.teacher_view.offer, name)()
+    def _offer(self, method: str) -> Offer:
+        """What the teacher has to say, of which a method is called now: it is kept that it was, and may have drawn."""
+        self._asked[method] = None
+        return self.teacher_view.offer
 
     def _do(self, method: str, *arguments: Any) -> None:
         """Have a seat do something; it is noted when the teacher has spoken."""
