@@ -12,7 +12,6 @@ import pytest
 from documents import BLOCK, DOCUMENTS, ROOT, python_blocks
 
 import llf_teacher
-from llf_teacher.tools.planned import ROWS
 from llf_teacher.tools.tables import documents, families, matrix, update
 from llf_teacher.tools.transcript import audit_transcript
 from pz_envs.family import all_families
@@ -51,11 +50,6 @@ def test_the_transcript_of_the_examples_has_a_true_a_false_and_an_unread_sentenc
     page = (ROOT / "docs" / "how-claims-are-checked.md").read_text(encoding="utf-8")
     assert example.read_text(encoding="utf-8") in page
     assert [each.checked.holds for each in audit_transcript(example).sentences] == [None, False, True, False, True]
-
-
-def test_the_page_has_a_row_of_each_planned_environment():
-    page = (ROOT / "docs" / "teach-your-own-environment.md").read_text(encoding="utf-8")
-    assert all(f"`{case.id}" in page for case in ROWS)
 
 
 def test_loops_of_ones_own_are_short():
