@@ -88,7 +88,7 @@ class LiveLesson:
         return self._recorder.why
 
     def weigh(self, claims: Iterable[Claim[Any]]) -> "list[Bits]":
-        """How much each claim would say now, as `Offer.claims` has them; empty if it is not measured."""
+        """How much each claim would say now, as `TeacherTurn.claims` has them; empty if it is not measured."""
         return self._recorder.weigh(claims)
 
     @property
@@ -174,7 +174,7 @@ class LiveLesson:
                 raise ValueError("in this lesson the teacher speaks in its own words; give a text")
             session.say(saying)
         else:
-            listed = len(self.teacher_view.offer.listed())
+            listed = len(self.teacher_view.teacher_turn.listed())
             chosen: Any = range(listed) if saying is None else saying
             if not isinstance(chosen, Sequence) or any(type(i) is not int for i in chosen):
                 raise ValueError("in this lesson the teacher chooses among claims; give their numbers")

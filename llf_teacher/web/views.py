@@ -122,14 +122,14 @@ def _own_words(lesson: PlannedLesson, pages: jinja2.Environment) -> list[dict[st
 
 def _to_teach(lesson: PlannedLesson, pages: jinja2.Environment) -> dict[str, Any]:
     """The choices of a person that teaches."""
-    offer = lesson.teacher_view.offer
+    turn = lesson.teacher_view.teacher_turn
     if lesson.settings.speech == "message":
-        return {"suggestion": escape_control_chars(offer.suggestion()), "understood": _own_words(lesson, pages)}
-    measured = lesson.weigh(offer.listed())
+        return {"suggestion": escape_control_chars(turn.suggestion()), "understood": _own_words(lesson, pages)}
+    measured = lesson.weigh(turn.listed())
     return {
         "claims": [
             _sentence(pages, claim.kind, sentence, bits=bits.described if bits else None)
-            for claim, sentence, bits in zip_longest(offer.listed(), offer.sentences(), measured)
+            for claim, sentence, bits in zip_longest(turn.listed(), turn.sentences(), measured)
         ]
     }
 

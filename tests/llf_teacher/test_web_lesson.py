@@ -55,14 +55,14 @@ def test_who_sees_how_much_is_said_sees_the_episode_of_a_study_that_measures_it(
 def test_claims_to_choose_from_are_weighed_as_they_are_heard():
     live = lesson(IDS[1], seat="teacher", bits=True)
     for _ in range(2):
-        listed = live.teacher_view.offer.listed()
+        listed = live.teacher_view.teacher_turn.listed()
         first, *_ = live.weigh(listed)
         assert live.weigh(listed)[0].worlds == 256  # it is not heard by that
         live.move(TEACHER, [0])
         heard = live.rows[-1].atoms[-1]["information"]
         assert (heard["worlds"], heard["held"]) == (first.worlds, first.held)
     live.undo(TEACHER)
-    assert live.weigh(live.teacher_view.offer.listed())[0].worlds == 256
+    assert live.weigh(live.teacher_view.teacher_turn.listed())[0].worlds == 256
     assert lesson(IDS[1], seat="teacher").weigh(listed) == []
 
 
@@ -94,7 +94,7 @@ def test_a_personality_may_speak_for_a_person():
 
 def test_a_teacher_chooses_among_claims():
     live = lesson(seat="teacher")
-    kinds = [claim.kind for claim in live.teacher_view.offer.listed()]
+    kinds = [claim.kind for claim in live.teacher_view.teacher_turn.listed()]
     assert kinds == ["fp", "fn"]
     live.move(TEACHER, (1,))
     assert [atom.kind for atom in live.session.feedback.atoms] == ["fn"]
