@@ -19,13 +19,13 @@ import copy
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
-from teachers.atoms import FN, FP, SILENCE, Atom, Moment, ParseFailure, Utterance, atoms_of
+from teachers.atoms import SILENCE, Atom, Moment, ParseFailure, Utterance, atoms_of
 from teachers.budget import Budget, price
 from teachers.schema import Message, storable
 from teachers.seeds import Seeds
 from teachers.spec import is_count
 from teachers.teacher import Teacher
-from teachers.teacher_turn import ANSWER, FEEDBACK, INSTRUCTION, OPENING, STUDENT, Phase, TeacherTurn
+from teachers.teacher_turn import ANSWER, FEEDBACK, INSTRUCTION, OPENING, STUDENT, Phase, TeacherTurn, split_advice
 from worlds.world import World
 
 __all__ = ["Observer", "Read", "Session", "Turn"]
@@ -79,15 +79,14 @@ class Session:
         teachers: at least one; each speaks once a turn.
         max_turns: actions of the student after which the episode is truncated, at least 1.
         budgets: what the teachers may say, one each; several can be the same. None: no limits.
-        instructs: whether `open` gives the first teacher's instruction, free of charge, as it always does where there
-            are several teachers; else the teacher's first words contain it, its own ones too.
+        instructs: whether `open` gives the first teacher's instruction, free of charge; it always does so if there are
+            several teachers. If False, the teacher's first words, also words of its own, contain the instruction.
         until_success: whether success terminates the episode; it does not where the task is `repeated`.
         repeated: whether success is that of a single action, so that a text which is no action does not keep it.
         ask_cost: what the student pays for asking, at least 0; None: it cannot ask.
         failure_reward: reward of a text that is no action; None: the world's own.
         read: reads the student's actions; None: `world.legal`.
         observer: follows all that happens.
-        undoable: whether inputs are kept, for `undo`.
     """
 
     def __init__(
@@ -104,7 +103,6 @@ class Session:
         failure_reward: float | None = None,
         read: Read | None = None,
         observer: Observer | None = None,
-        undoable: bool = False,
     ) -> None:
         self.world, self.teacher, self.max_turns, self.repeated = world, teachers[0], max_turns, repeated
         if not is_count(max_turns):
@@ -125,8 +123,7 @@ class Session:
         self.observer = observer
         self.read: Read = world.legal if read is None else read
         """Reads the student's actions."""
-        self._undoable = undoable
-        self._spoken: list[str] = []  # what those of several teachers have said that have spoken of the moment
+        self._spoken: list[str] = []  # what several teachers have said of the moment, in the order of speaking
         self.seeds = Seeds()
         """The streams of the episodes, beside the world's."""
         self.phase = OPENING if self._instructs else INSTRUCTION
@@ -146,7 +143,6 @@ class Session:
         """The claims that the student has heard since it last acted or asked."""
         self.asked = False
         """Whether the student has asked in this turn."""
-        self._inputs: list[tuple[Callable[..., Any], tuple[Any, ...], list[tuple[bool, bool, bool]]]] | None = None
 
     # The beginning of an episode.
 
@@ -163,9 +159,6 @@ class Session:
         moment = self._begin(seed, options, None)
         for each in self.teacher_turns:
             each.budget.spent = each.trimmed = 0
-        self._inputs = None
-        if self._undoable and seed is not None:
-            self._inputs, self._opened = [], (seed, options)
         return moment
 
     def start_next_episode(self, start: Any = None, options: dict[str, Any] | None = None) -> Moment[Any]:
@@ -175,9 +168,7 @@ class Session:
             start: the truth to begin with; None: as a reset of the world draws it.
             options: those of the world's `reset`.
         """
-        moment = self._begin(None, options, start)
-        self._inputs = None
-        return moment
+        return self._begin(None, options, start)
 
     def resume_from(self, moment: Moment[Any], terminated: bool = False, past: Sequence[Moment[Any]] = ()) -> None:
         """Go on from a moment of an episode that was played elsewhere; the teachers are the next to speak.
@@ -189,7 +180,6 @@ class Session:
             terminated: whether the episode has ended there other than by its length.
             past: the moments of the episode before, from the opening on, for personalities that remember them.
         """
-        self._inputs = None
         self.world.restore(moment.after)
         self.state = self.world.observe()
         self._open_lesson()
@@ -232,7 +222,7 @@ class Session:
         return self.moment
 
     def _open_lesson(self) -> None:
-        """The opening moment: the teachers' random streams begin, and the first teacher instructs if it does so now."""
+        """Begin the teachers' random streams and show them the opening moment; maybe give the instruction."""
         self.terminated = self.truncated = self.asked = False
         self.instruction = self.feedback = SILENCE
         self.moment = Moment.opening(self.world.truth)._replace(ask_cost=self.ask_cost)
@@ -265,7 +255,8 @@ class Session:
         """
         if self.terminated or self.truncated:
             raise ValueError("the episode has ended; open another one")
-        given = action = storable(action) if isinstance(action, str) else action
+        if isinstance(action, str):
+            action = storable(action)
         if type(action) is not ParseFailure:
             action = self.read(action)
         world, last = self.world, self.moment
@@ -285,8 +276,6 @@ class Session:
             truncated = not terminated and (truncated or turn >= self.max_turns)
             over = terminated or truncated
             moment = _new(Moment, (last.after, action, reward, world.truth, success, turn, over, None))
-        if self._inputs is not None:
-            self._keep(Session.act, copy.deepcopy(given))
         self.moment, self.terminated, self.truncated = moment, terminated, truncated
         self.atoms, self.asked = (), False
         self._await_teachers(FEEDBACK)
@@ -312,8 +301,6 @@ class Session:
         self.state = copy.deepcopy(self.state)
         self.info = {key: value for key, value in self.info.items() if key not in ("atoms", "parse_failure")}
         self.atoms = ()
-        if self._inputs is not None:
-            self._keep(Session.ask)
         self._await_teachers(ANSWER)
         return -self.ask_cost
 
@@ -332,8 +319,6 @@ class Session:
 
     def speak(self) -> None:
         """Every teacher that has yet to speak says what it suggests, as much as its budget allows."""
-        if self._inputs is not None:
-            self._keep(Session.speak)
         acted = self.moment.before is not None
         for each in self.teacher_turns:
             if each.said is None:
@@ -364,15 +349,12 @@ class Session:
             speaking.claims()  # a personality sees each moment
         if self.phase is OPENING and type(words) is Utterance:
             words = Utterance.of([atom for atom in words.atoms if atom.kind is not None])
-        given: Any = words
         speaking.unbuilt = ()
-        if isinstance(words, Mapping | Message):
-            given = speaking.vocabulary.read(words, self.moment) if isinstance(words, Mapping) else words
-            words = speaking.compose(given)
-        words = speaking.allowed(words)
-        if self._inputs is not None:
-            self._keep(Session.say, given, teacher)
-        return self._take(speaking, words)
+        if isinstance(words, Mapping):
+            words = speaking.vocabulary.read(words, self.moment)
+        if isinstance(words, Message):
+            words = speaking.compose(words)
+        return self._take(speaking, speaking.allowed(words))
 
     def say_kinds(self, subset: int, teacher: int = 0) -> float:
         """A teacher says its claims of a subset of the kinds; arguments as in `say`.
@@ -382,8 +364,6 @@ class Session:
         """
         speaking = self._next_to_speak(teacher)
         said = speaking.of_kinds(subset)
-        if self._inputs is not None:
-            self._keep(Session.say_kinds, subset, teacher)
         return self._take(speaking, said, len(said.atoms) if self.moment.before is not None else None)
 
     def choose(self, choice: int, teacher: int = 0) -> float:
@@ -397,8 +377,6 @@ class Session:
         speaking = self._next_to_speak(teacher)
         before = len(speaking.chosen)
         done = speaking.choose(choice)
-        if self._inputs is not None:
-            self._keep(Session.choose, choice, teacher)
         reward = speaking.budget.pay(len(speaking.chosen) - before)
         if done:
             self._take(speaking, speaking.of_chosen(), 0)
@@ -430,9 +408,9 @@ class Session:
         """
         words = said
         if self.phase is INSTRUCTION:
-            self.instruction, said = _parted(words)
+            self.instruction, said = split_advice(words)
         elif speaking.seat:
-            said = self._signed(speaking.seat, words)
+            said = speaking.sign(words, self._spoken)
         speaking.said = said
         reward = speaking.budget.pay(price(said) if atoms is None else atoms)
         if speaking.seat:
@@ -452,14 +430,6 @@ class Session:
         """What several teachers have said since the student acted, in the order of speaking."""
         said = [words for words in self._spoken if words]
         return Utterance(" ".join(said), tuple(atom for words in said for atom in atoms_of(words)))
-
-    def _signed(self, speaker: str, said: str) -> Utterance:
-        """Words whose atoms name their speaker, without the notices that another teacher gave in this turn."""
-        atoms = atoms_of(said)
-        given = [atom.claim for words in self._spoken for atom in atoms_of(words) if atom.kind is None]
-        if any(atom.claim in given for atom in atoms):
-            said = Utterance.of(atoms := tuple(atom for atom in atoms if atom.claim not in given))
-        return Utterance(said, tuple(atom._replace(speaker=speaker) for atom in atoms))
 
     @property
     def turn(self) -> Turn:
@@ -495,46 +465,5 @@ class Session:
 
     @property
     def done(self) -> bool:
-        """Whether it is `solved`, and the last word has been said."""
+        """Whether the session is `solved`, and the student has heard the last words."""
         return self.heard and self.solved
-
-    def undo(self, teachers: bool = False, before_act: Callable[[], object] | None = None) -> None:
-        """Take back the student's last action or question and all that came after: the rest is played again.
-
-        Args:
-            teachers: take back the teachers' last words instead of the student's last action, and what came after.
-            before_act: called before each action or question that is played again, for a policy that lives through it.
-
-        Raises:
-            ValueError: there is nothing to take back, or the session keeps no inputs: it was made without `undoable`,
-                opened without a seed, or resumed.
-        """
-        if self._inputs is None:
-            raise ValueError("no turn can be taken back: that needs undoable=True and an episode opened with a seed")
-        inputs = self._inputs
-        ends = [i for i, (method, _, _) in enumerate(inputs) if method in (Session.act, Session.ask)]
-        if teachers:
-            ends = [i + 1 for i in (-1, *ends) if i + 1 < len(inputs) and i + 1 not in ends]
-        if not ends:
-            raise ValueError("there is no turn to take back")
-        self.open(*self._opened)
-        for method, arguments, asked_for in inputs[: ends[-1]]:
-            for each, needed in zip(self.teacher_turns, asked_for, strict=True):
-                each.prepare(*needed)
-            if method in (Session.act, Session.ask) and before_act is not None:
-                before_act()
-            method(self, *arguments)
-
-    def _keep(self, method: Callable[..., Any], *arguments: Any) -> None:
-        """Note an input, and what the teachers have been asked for before it."""
-        assert self._inputs is not None  # noqa: S101  # or nothing is kept
-        self._inputs.append((method, arguments, [each.prepared for each in self.teacher_turns]))
-
-
-def _parted(words: str) -> tuple[str, str]:
-    """The first words of an episode as instruction and feedback: advice for the first action is feedback."""
-    atoms = atoms_of(words)
-    advice = [atom for atom in atoms if atom.kind in (FP, FN)]
-    if not advice:
-        return words, SILENCE
-    return Utterance.of([atom for atom in atoms if atom.kind not in (FP, FN)]), Utterance.of(advice)

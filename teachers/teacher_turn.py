@@ -11,13 +11,13 @@ from enum import Enum
 from functools import cached_property
 from typing import Any
 
-from teachers.atoms import KINDS, SILENCE, Claim, FeedbackType, Moment, Utterance, atoms_of
+from teachers.atoms import FN, FP, KINDS, SILENCE, Claim, FeedbackType, Moment, Utterance, atoms_of
 from teachers.budget import Budget, within
 from teachers.feedback import BIT, SUBSETS, subset_of
 from teachers.schema import Message, Vocabulary, holds, in_own_words, storable
 from teachers.teacher import Teacher
 
-__all__ = ["CLAIMS", "LONGEST", "Phase", "TeacherTurn"]
+__all__ = ["CLAIMS", "LONGEST", "Phase", "TeacherTurn", "split_advice"]
 
 CLAIMS = 32
 """Greatest number of claims of a moment to choose from."""
@@ -122,20 +122,6 @@ class TeacherTurn:
             claims = self.claims()
             said = self._suggestion = self.teacher.say(self._brief + claims, self.moment.turn)
         return said
-
-    @property
-    def prepared(self) -> tuple[bool, bool, bool]:
-        """Whether claims, suggestion and sentences of this moment were made; `Session.undo` makes them again."""
-        return self._claims is not None, self._suggestion is not None, self._numbers is not None
-
-    def prepare(self, claims: bool, suggestion: bool, sentences: bool) -> None:
-        """Ask for them."""
-        if claims:
-            self.claims()
-        if suggestion:
-            self.suggestion()
-        if sentences:
-            self._drawn(())
 
     # What a seat observes.
 
@@ -279,6 +265,25 @@ class TeacherTurn:
         if len(wanted) < len(KINDS) and any(atom.kind not in wanted for atom in words.atoms if atom.kind is not None):
             words = Utterance.of([atom for atom in words.atoms if atom.kind is None or atom.kind in wanted])
         return words if budget.limit is None else Utterance.of(within(budget.left, words.atoms))
+
+    # Among several teachers.
+
+    def sign(self, words: str, spoken: Sequence[str]) -> Utterance:
+        """Words whose atoms name their speaker, without the notices that other teachers have spoken in this turn."""
+        atoms = atoms_of(words)
+        given = [atom.claim for said in spoken for atom in atoms_of(said) if atom.kind is None]
+        if any(atom.claim in given for atom in atoms):
+            words = Utterance.of(atoms := tuple(atom for atom in atoms if atom.claim not in given))
+        return Utterance(words, tuple(atom._replace(speaker=self.seat) for atom in atoms))
+
+
+def split_advice(words: str) -> tuple[str, str]:
+    """The first words of an episode as instruction and feedback: advice for the first action is feedback."""
+    atoms = atoms_of(words)
+    advice = [atom for atom in atoms if atom.kind in (FP, FN)]
+    if not advice:
+        return words, SILENCE
+    return Utterance.of([atom for atom in atoms if atom.kind not in (FP, FN)]), Utterance.of(advice)
 
 
 def _index(value: Any, count: int) -> int:
