@@ -88,13 +88,6 @@ def test_efficiency():
     assert "most memory of the parent" in out
 
 
-def test_many_sessions():
-    out = printed("many_sessions", "--sessions", 6, "--turns", 2)
-    assert "6 lessons of llf-gridworld-v0 at once: " in out
-    assert out.count(" ms | ") == 3
-    assert "Its memory: " in out
-
-
 @pytest.mark.parametrize(
     ("episodes", "least"), [(100, 0.0), pytest.param(3000, 0.6, marks=pytest.mark.full)], ids=["short", "whole"]
 )

@@ -320,8 +320,7 @@ def _word(console: Console, lesson: "LiveLesson", explain: Callable[[], None]) -
     """What a person says in its own words; None: undo."""
     from teachers.teacher_turn import LONGEST
 
-    turn = lesson.teacher_view.teacher_turn
-    _put(console, Text(escape_control_chars(f"{lesson.settings.teacher} would say: {turn.suggestion()}"), "dim"))
+    _put(console, Text(escape_control_chars(f"{lesson.settings.teacher} would say: {lesson.suggestion()}"), "dim"))
     prompt = "What do you say? (empty: nothing)> "
     if not lesson.rows:
         prompt = "Your first words are the instruction, not checked. What do you say? (empty: the text above)> "
@@ -356,7 +355,7 @@ def _choose(console: Console, lesson: "LiveLesson", explain: Callable[[], None])
     """The subset of the kinds that a person types, asked until it is one, none once the budget is spent; None: undo."""
     turn = lesson.teacher_view.teacher_turn
     budget = turn.budget
-    claims = [claim for claim in turn.claims() if claim.kind is not None] if budget.left else []
+    claims = [claim for claim in lesson.claims() if claim.kind is not None] if budget.left else []
     bits = lesson.weigh(claims)
     for i, claim in enumerate(claims):
         kind = f"{claim.kind}"

@@ -13,9 +13,7 @@ import typer
 
 MODULES = """
     llf_teacher llf_teacher.compat llf_teacher.episodes.record llf_teacher.gym llf_teacher.gym.vector
-    llf_teacher.integrations.dspy llf_teacher.integrations.games llf_teacher.integrations.gepa
-    llf_teacher.integrations.inspect
-    llf_teacher.integrations.openenv llf_teacher.integrations.trace llf_teacher.integrations.trl
+    llf_teacher.integrations.inspect llf_teacher.integrations.openenv llf_teacher.integrations.trl
     llf_teacher.integrations.verifiers llf_teacher.models.client llf_teacher.models.settings
     llf_teacher.models.testing llf_teacher.people llf_teacher.registry llf_teacher.speakers.rewriter
     llf_teacher.students.parsing llf_teacher.students.scene llf_teacher.students.student llf_teacher.students.trait
