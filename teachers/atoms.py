@@ -571,3 +571,8 @@ class Utterance(str):
 
 
 SILENCE = Utterance()
+
+
+def atoms_of(said: str) -> tuple[Atom, ...]:
+    """The atoms of an utterance; plain text has none."""
+    return said.atoms if type(said) is Utterance else ()

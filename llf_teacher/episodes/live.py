@@ -19,7 +19,7 @@ from pz_envs.seats import STUDENT, TEACHER
 from pz_envs.settings import Settings
 from teachers.atoms import Claim, Utterance
 from teachers.seeds import Seeds
-from teachers.session import Offer
+from teachers.teacher_turn import TeacherTurn
 
 if TYPE_CHECKING:
     from teachers.information import Bits
@@ -46,7 +46,7 @@ class Input(NamedTuple):
     arguments: tuple[Any, ...]
     """The arguments of the method."""
     asked: tuple[str, ...]
-    """What the teacher was asked for before it, as methods of its offer."""
+    """What the teacher was asked for before it, as methods of `TeacherTurn`."""
 
 
 class LiveLesson:
@@ -107,19 +107,19 @@ class LiveLesson:
 
     def claims(self) -> tuple[Claim[Any], ...]:
         """The claims of this moment, with those that are no feedback."""
-        return self._offer("claims").claims()
+        return self._teacher_turn("claims").claims()
 
     def listed(self) -> list[Claim[Any]]:
         """The claims to choose from."""
-        return self._offer("listed").listed()
+        return self._teacher_turn("listed").listed()
 
     def sentences(self) -> tuple[str, ...]:
         """The words of each claim to choose from."""
-        return self._offer("sentences").sentences()
+        return self._teacher_turn("sentences").sentences()
 
     def suggestion(self) -> Utterance:
         """What the personality would say of this moment."""
-        return self._offer("suggestion").suggestion()
+        return self._teacher_turn("suggestion").suggestion()
 
     def weigh(self, claims: Iterable[Claim[Any]]) -> "list[Bits]":
         """How much each claim would say now; empty if it is not measured."""
@@ -180,7 +180,7 @@ class LiveLesson:
         """Play what the seats of this lesson, or of one with the same settings and seed, did after the opening."""
         for method, arguments, asked in inputs:
             for name in asked:
-                getattr(self._offer(name), name)()
+                getattr(self._teacher_turn(name), name)()
             if method == "act" and self._policy is not None:
                 self._policy_action()  # it lives through the turn, and its action is that of the input
             self._do(method, *arguments)
@@ -200,10 +200,10 @@ class LiveLesson:
             self._policy.reset(Seeds(self.seed).stream("student"))
         self.session.open(self.seed)
 
-    def _offer(self, method: str) -> Offer:
+    def _teacher_turn(self, method: str) -> TeacherTurn:
         """What the teacher has to say, of which a method is called now: it is kept that it was, and may have drawn."""
         self._asked[method] = None
-        return self.teacher_view.offer
+        return self.teacher_view.teacher_turn
 
     def _do(self, method: str, *arguments: Any) -> None:
         """Have a seat do something; it is noted when the teacher has spoken."""

@@ -22,7 +22,8 @@ from pz_envs.subject import Subject
 from pz_envs.text_mode import failure, read_exactly
 from teachers.atoms import ParseFailure
 from teachers.schema import unique_keys
-from teachers.session import LONGEST, Session
+from teachers.session import Session
+from teachers.teacher_turn import LONGEST
 from worlds.world import World
 
 LONGEST_LINE, MOST_LINES = 262_144, 10_000
@@ -172,7 +173,7 @@ class _Replay:
         """The sentences of a line."""
         self._compare(line)
         self._session.speak()  # so that the teacher's oracle follows
-        self._reader.see(self._session.moment, self._session.offers[0].claims())
+        self._reader.see(self._session.moment, self._session.teacher_turns[0].claims())
         words = "" if line.get("feedback") is None else line["feedback"]
         if not isinstance(words, str) or len(words) > LONGEST:
             raise ValueError(f"feedback must be a text of at most {LONGEST} characters, got {words!r:.80}")

@@ -22,7 +22,7 @@ def session_of(name):
 @pytest.mark.parametrize(("name", "least"), [("gridworld", 20), ("bandits", 20), ("poem", 12)])
 def test_what_teachers_say_is_built_again(name, least):
     family, session = session_of(name)
-    vocabulary, built = session.offers[0].vocabulary, 0
+    vocabulary, built = session.teacher_turns[0].vocabulary, 0
     reader = make_reader(family, vocabulary)
     for seed in range(3):
         session.open(seed)
@@ -95,7 +95,7 @@ def test_a_plan_is_built_of_its_steps_and_a_rule_of_names_without_articles():
 
 def test_a_verdict_takes_the_last_action_and_no_other():
     family, session = session_of("bandits")
-    vocabulary = session.offers[0].vocabulary
+    vocabulary = session.teacher_turns[0].vocabulary
     best = SentenceReading("", "near", vocabulary.classes["PulledBest"], {}, None, ())
     opening = session.open(0)
     assert build_claim(best, family, vocabulary, opening).claim is None
