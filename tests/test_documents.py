@@ -221,13 +221,15 @@ def test_the_readme_counts_the_personalities_and_the_known_results():
     assert "three hold here as they are stated, eight do not, and three are open" in " ".join(readme.split())
 
 
-def test_the_study_file_of_the_page_on_studies_is_a_study(tmp_path):
+def test_the_study_files_of_the_page_on_studies_are_studies(tmp_path):
     from llf_teacher.studies.definition.study import load_study
 
     page = (ROOT / "docs" / "study-feedback.md").read_text(encoding="utf-8")
-    (text,) = [code for language, code in BLOCK.findall(page) if language == "toml"]
-    (tmp_path / "study.toml").write_text(text)
-    assert len(list(load_study(tmp_path / "study.toml").episodes())) == 210
+    numbers = []
+    for text in (code for language, code in BLOCK.findall(page) if language == "toml"):
+        (tmp_path / "study.toml").write_text(text)
+        numbers.append(len(list(load_study(tmp_path / "study.toml").episodes())))
+    assert numbers == [210, 240]
 
 
 def test_the_tables_of_families_and_personalities_are_those_of_the_code():
