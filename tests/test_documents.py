@@ -14,7 +14,6 @@ from documents import BLOCK, DOCUMENTS, ROOT, python_blocks
 import llf_teacher
 from llf_teacher.tools.planned import ROWS
 from llf_teacher.tools.tables import documents, families, matrix, update
-from llf_teacher.tools.transcript import audit_transcript
 from pz_envs.family import all_families
 from teachers.personality import PERSONALITIES
 from worlds.movies.catalogue import shipped
@@ -44,13 +43,6 @@ def test_shown_output_is_what_the_snippet_before_it_prints(path, tmp_path, capsy
         (tmp_path / "snippet.py").write_text(code, encoding="utf-8")
         runpy.run_path(str(tmp_path / "snippet.py"))
         assert capsys.readouterr().out == blocks[number][1]
-
-
-def test_the_transcript_of_the_examples_has_a_true_a_false_and_an_unread_sentence():
-    example = ROOT / "examples" / "transcript.jsonl"
-    page = (ROOT / "docs" / "how-claims-are-checked.md").read_text(encoding="utf-8")
-    assert example.read_text(encoding="utf-8") in page
-    assert [each.checked.holds for each in audit_transcript(example).sentences] == [None, False, True, False, True]
 
 
 def test_the_page_has_a_row_of_each_planned_environment():

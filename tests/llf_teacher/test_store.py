@@ -136,7 +136,7 @@ def old(tmp_path):
 def test_an_older_store_is_migrated_and_stays_as_it_is(old, tmp_path):
     path, records = old
     before = path.read_bytes()
-    with pytest.raises(StoreError, match=r"schema version 3, this release reads version 7.*llf study migrate"):
+    with pytest.raises(StoreError, match=r"schema version 3, this release reads version 8.*llf study migrate"):
         Store(path)
     seen = []
     assert migrate(path, tmp_path / "new.db", lambda *done: seen.append(done)) == len(records)
@@ -156,7 +156,7 @@ def test_an_older_store_is_migrated_and_stays_as_it_is(old, tmp_path):
         ("DELETE FROM turn WHERE turn = 3", "is incomplete, or its key is not that of EpisodeSpec"),
         ("UPDATE episode SET seed = 99", "is incomplete, or its key is not that of EpisodeSpec"),
         ("UPDATE episode SET words = words + 1", "disagree with its words"),
-        ("PRAGMA user_version = 2", "has schema version 2; only versions 3, 4, 5, 6 can be migrated to 7"),
+        ("PRAGMA user_version = 2", "has schema version 2; only versions 3, 4, 5, 6 can be migrated to 8"),
         ("DROP TABLE turn", "cannot read .*no such table"),
     ],
 )
