@@ -39,7 +39,6 @@ def assemble(
     personalities: Sequence[str | Personality | Teacher] = (),
     purse: Purse | None = None,
     instructs: bool | None = None,
-    undoable: bool = False,
 ) -> Parts:
     """The session of some settings, and its views.
 
@@ -49,7 +48,6 @@ def assemble(
         personalities: of several teachers, or these, each with a purse of its own; none: the one of the settings.
         purse: cost and budget that the session shares with others; None: its own, by the settings.
         instructs: as of `Session`; None: if the teacher chooses what to say.
-        undoable: as of `Session`.
 
     Raises:
         ValueError: a setting is not allowed.
@@ -87,7 +85,6 @@ def assemble(
         failure_reward=settings.failure_reward,
         read=_reader(world, settings.text),
         observer=renderer,
-        undoable=undoable,
     )
     student = StudentView(session, settings, image if settings.text else None, renderer)
     views = [TeacherView(session, settings.speech, settings.teacher_reward, i) for i in range(len(teachers))]

@@ -319,8 +319,7 @@ def _word(console: Console, lesson: "LiveLesson", explain: Callable[[], None]) -
     """What a person says in its own words; None: undo."""
     from teachers.session import LONGEST
 
-    offer = lesson.teacher_view.offer
-    _put(console, Text(escape_control_chars(f"{lesson.settings.teacher} would say: {offer.suggestion()}"), "dim"))
+    _put(console, Text(escape_control_chars(f"{lesson.settings.teacher} would say: {lesson.suggestion()}"), "dim"))
     prompt = "What do you say? (empty: nothing)> "
     if not lesson.rows:
         prompt = "Your first words are the instruction, not checked. What do you say? (empty: the text above)> "
@@ -355,7 +354,7 @@ def _choose(console: Console, lesson: "LiveLesson", explain: Callable[[], None])
     """The subset of the kinds that a person types, asked until it is one, none once the budget is spent; None: undo."""
     offer = lesson.teacher_view.offer
     purse = offer.purse
-    claims = [claim for claim in offer.claims() if claim.kind is not None] if purse.left else []
+    claims = [claim for claim in lesson.claims() if claim.kind is not None] if purse.left else []
     bits = lesson.weigh(claims)
     for i, claim in enumerate(claims):
         kind = f"{claim.kind}"

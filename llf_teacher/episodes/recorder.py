@@ -124,8 +124,8 @@ class Recorder:
     def _readings(self, reader: "ClaimReader", turn: Turn) -> list[dict[str, Any]]:
         """What was read of words that are not the voice's own, as those of a function that rewrites are not."""
         session = self._view.session
-        prepared = [offer for offer in session.offers if offer.prepared[0]]  # no other is asked: it may draw
-        reader.see(turn.moment, [claim for offer in prepared for claim in offer.claims()])
+        claims = [claim for offer in session.offers for claim in offer.claims()]  # made when the teachers spoke
+        reader.see(turn.moment, claims)
         rewritten = isinstance(session.teacher.voice, Rewriting)
         said = [atom.text for atom in turn.atoms if atom.kind is None or not rewritten]
         return [reading_as_dict(each, self.family) for each in reader.read(without(str(turn.feedback), said))]

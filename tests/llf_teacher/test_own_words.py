@@ -12,7 +12,7 @@ from llf_teacher.studies.definition.study import load_study, to_toml
 from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.execution.runner import RunOptions
 from llf_teacher.theme import pages
-from llf_teacher.web.open_lessons import OpenLessons, Terms
+from llf_teacher.web.open_lessons import OpenLessons
 from llf_teacher.web.plan import read_plan
 from llf_teacher.web.views import state
 from pz_envs.seats import TEACHER
@@ -177,20 +177,20 @@ def test_a_spending_limit_needs_prices_of_the_reader(tmp_path, monkeypatch):
 HOSTILE = "Now head north. <script>alert(1)</script> {{ 7 * 7 }}"
 
 
-def shown(lessons, opened):
-    drawn = state(lessons, opened, TEACHER, pages("llf_teacher.web", "templates"))
+def shown(opened):
+    drawn = state(opened, TEACHER, pages("llf_teacher.web", "templates"))
     return drawn, json.dumps(drawn)
 
 
 def test_a_person_sees_what_was_understood():
-    lessons = OpenLessons(Terms())
+    lessons = OpenLessons()
     plan = read_plan({"id": GRID["ids"][0], "seat": "teacher", "speech": "own words", "seed": 3, "max_turns": 2})
     opened = lessons.begin(plan)
     lessons.move(opened, TEACHER, "Find the treasure.", 0)
-    drawn, _ = shown(lessons, opened)
+    drawn, _ = shown(opened)
     assert drawn["understood"] == []
     lessons.move(opened, TEACHER, HOSTILE, 1)
-    drawn, text = shown(lessons, opened)
+    drawn, text = shown(opened)
     first, *others = drawn["understood"]
     assert (first["kind"], first["text"]) == ("fp", "Now head north.")
     assert first["mark"][2:] in ("true", "false")
@@ -201,16 +201,16 @@ def test_a_person_sees_what_was_understood():
     assert "49" not in drawn["understood"][-1]["html"]
     assert "In words of its own" in text
     lessons.move(opened, TEACHER, "That was right.", 2)
-    drawn, _ = shown(lessons, opened)
+    drawn, _ = shown(opened)
     assert drawn["over"]
     assert [each["mark"][2:] for each in drawn["said"]] in (["true"], ["false"])
-    record = lessons.record(opened)
+    record = opened.lesson.record()
     assert record.episode.read_exact == 2
     assert [len(row.readings or ()) for row in record.turns] == [0, len(others) + 1, 1]
 
 
 def test_a_turn_that_is_taken_back_is_read_anew():
-    lessons = OpenLessons(Terms())
+    lessons = OpenLessons()
     opened = lessons.begin(
         read_plan({"id": GRID["ids"][0], "seat": "teacher", "speech": "own words", "seed": 3, "max_turns": 3})
     )

@@ -1,4 +1,4 @@
-"""A session: what a turn is, in which order, what is recorded of it, and how it is taken back."""
+"""A session: what a turn is, in which order, and what is recorded of it."""
 
 import copy
 import pickle
@@ -107,15 +107,13 @@ def test_a_text_that_is_no_action_counts_and_steps_nothing():
 
 @pytest.mark.parametrize("action", [9, "north", None])
 def test_what_is_no_action_changes_nothing(action):
-    session = made(undoable=True)
+    session = made()
     session.open(2)
     session.speak()
     before = repr(session.turn)
     with pytest.raises(ValueError, match="not in the action space"):
         session.act(action)
     assert repr(session.turn) == before
-    with pytest.raises(ValueError, match="there is no turn to take back"):
-        session.undo()
 
 
 def test_a_question_is_answered_once_a_turn():
@@ -201,71 +199,6 @@ def test_the_feedback_type_bounds_all_words_but_the_instruction():
     mute.act(0)
     mute.say("Go on.")
     assert mute.feedback == ""
-
-
-@pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.name)
-@pytest.mark.parametrize("personality", ["oracle", "mistake(eps=0.5) | delayed(turns=1)"])
-def test_a_turn_that_is_taken_back_has_not_been(family, personality):
-    def fresh():
-        session = made(family, (personality,), undoable=True)
-        session.open(8)
-        session.speak()
-        return session
-
-    rng = np.random.default_rng(0)
-    one, other = fresh(), fresh()
-    actions = [one.world.sample_action(rng) for _ in range(4)]
-    first = []  # as long as the episode lasts
-    for action in actions[:2]:
-        if not played(fresh(), [*first, action])[-1].moment.over:
-            first.append(action)
-    played(one, first)
-    kept = repr(one.turn)
-    one.act(actions[2])
-    one.undo()
-    assert repr(one.turn) == kept
-    again = played(one, [actions[3]])
-    assert repr(again) == repr(played(other, [*first, actions[3]])[len(first) :])
-
-
-@pytest.mark.parametrize("speech", ["say", "say_kinds", "choose"])
-def test_what_teachers_said_is_taken_back_with_what_came_after(speech):
-    words = {"say": "Well done.", "say_kinds": 31, "choose": 1}[speech]
-    session = made(undoable=True, instructs=speech != "say")
-    session.open(9)
-    session.speak()
-    session.act(1)
-    suggested = str(session.suggest())
-    getattr(session, speech)(words)
-    if speech == "choose":
-        session.choose(0)
-    session.act(2)
-    seen = []
-    session.undo(teachers=True, before_act=lambda: seen.append(session.moment.turn))
-    assert (session.moment.turn, session.heard, seen) == (1, False, [0])
-    assert str(session.suggest()) == suggested
-    session.undo(teachers=True)
-    assert (session.moment.turn, session.heard) == (0, False)
-    with pytest.raises(ValueError, match="there is no turn to take back"):
-        session.undo()
-
-
-@pytest.mark.parametrize(
-    "begin",
-    [
-        lambda session: session.open(),
-        lambda session: (session.open(1), session.start_next_episode()),
-        lambda session: (session.open(1), session.resume_from(session.moment)),
-    ],
-    ids=["without a seed", "next episode", "resumed"],
-)
-def test_what_was_not_kept_cannot_be_taken_back(begin):
-    session = made(undoable=True)
-    begin(session)
-    session.speak()
-    session.act(0)
-    with pytest.raises(ValueError, match="undoable=True and an episode opened with a seed"):
-        session.undo()
 
 
 def test_an_episode_is_resumed_where_another_session_was():
@@ -370,27 +303,6 @@ def test_each_teacher_speaks_once_a_turn_and_the_student_after_them():
     session.act(0)
     with pytest.raises(ValueError, match="the episode has ended; open another one"):
         session.act(0)
-
-
-def test_an_action_whose_world_fails_was_not_and_arrays_are_kept_as_they_were(monkeypatch):
-    family = next(family for family in FAMILIES if family.name == "optimization")
-    session = made(family, undoable=True)
-    session.open(1)
-    session.speak()
-    action, records = np.array([0.5, 0.5], np.float32), []
-    for step in (0.1, 0.2):
-        action += np.float32(step)
-        records += played(session, [action])
-
-    def fail(action):
-        raise RuntimeError("the simulator")
-
-    with monkeypatch.context() as patch:
-        patch.setattr(session.world, "advance", fail)
-        with pytest.raises(RuntimeError, match="the simulator"):
-            session.act(action)
-    session.undo()
-    assert repr(session.turn) == repr(records[0])
 
 
 @pytest.mark.parametrize(

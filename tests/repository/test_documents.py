@@ -19,7 +19,7 @@ from teachers.personality import PERSONALITIES
 from worlds.movies.catalogue import shipped
 
 LEARN = "# Needs the extra `learn`"
-ELSEWHERE = tuple(f"# Needs the extra `{name}`" for name in ("trl", "gepa", "dspy"))  # tests/integrations runs them
+ELSEWHERE = "# Needs the extra `trl`"  # tests/integrations runs it
 BLOCKS = [
     pytest.param(code, id=name, marks=[pytest.mark.full] if code.startswith(LEARN) else [])
     for name, code in python_blocks(shown=False).items()
