@@ -240,8 +240,10 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
 def claims_of(module: str) -> tuple[type[Claim], ...]:
     """The claim classes that a module defines, in its order; bases of claims have names that begin with `_`.
 
-    A package may define them in its module `claims`; these come after those of its `__init__`.
+    A package may define them in its module `claims`, after those of its `__init__`; or list them in `CLAIMS`.
     """
+    if (listed := getattr(sys.modules[module], "CLAIMS", None)) is not None:
+        return tuple(listed)
     inner = f"{module}.claims"
     return tuple(
         value

@@ -222,6 +222,9 @@ READINGS = ("read_exact", "read_false", "read_model", "model_false", "unread")
 """Columns of what was read of a teacher's own words."""
 
 
+_COMMON = f"{common.__name__}."
+
+
 def unchecked(feedback: str, texts: Iterable[str]) -> int:
     """Number of sentences of feedback that are not texts of claims."""
     return len(sentences_of(without(feedback, texts)))
@@ -229,7 +232,7 @@ def unchecked(feedback: str, texts: Iterable[str]) -> int:
 
 def claim_name(claim: Claim, family: str) -> str:
     """The name of a claim's class with its family, or with `common` for claims of all families."""
-    home = "common" if type(claim).__module__ == common.__name__ else family
+    home = "common" if type(claim).__module__.startswith(_COMMON) else family
     return f"{home}.{type(claim).__name__}"
 
 

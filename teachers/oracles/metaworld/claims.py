@@ -8,8 +8,8 @@ import math
 from collections.abc import Sequence
 from typing import Annotated, ClassVar
 
-from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Scope, Verdict, claim, opposed, slot
-from teachers.common import TryAgain
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Scope, claim, opposed, slot
+from teachers.common import Change, TryAgain
 from teachers.oracles.metaworld.corrections import aim_of, correction_for
 from teachers.oracles.metaworld.purposes import PURPOSES, USES
 from worlds.metaworld import REACH, Aim, MetaWorld, Pose, Truth
@@ -205,8 +205,8 @@ class _Posed(ActionClaim[Truth, MetaWorld]):
 
 
 @claim
-class _Moved(Verdict[Truth, MetaWorld]):
-    """What the action did to the hand: how far it was and is from where it was wanted."""
+class _Moved(Change[Truth, MetaWorld]):
+    """Base of verdicts on the hand's distance from where the script wants it."""
 
     before: float
     """Centimetres."""
@@ -215,14 +215,6 @@ class _Moved(Verdict[Truth, MetaWorld]):
     def applies(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
         """Take the action again and measure."""
         return _open(moment) and goes(lab, moment.past, moment.action, self.before, self.after)
-
-    def good(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
-        """Compare the distances."""
-        return self.after < self.before
-
-    def counterparts(self, moment: Moment[Truth], lab: MetaWorld) -> Sequence[Claim]:
-        """The opposite verdict, with the distances exchanged."""
-        return (self.opposing(before=self.after, after=self.before),)
 
 
 @claim

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Grounded, Moment, Scope, Verdict, claim, opposed, slot
+from teachers.common import Change
 from worlds.actions import inward
 from worlds.optimization import Landscape, Optimization, Point, Truth
 
@@ -284,24 +285,8 @@ class Reached(ActionClaim[Truth, Optimization]):
         return (Rose(action=self.action, before=self.loss, after=self.loss + abs(self.loss) + 1.0),)
 
 
-class _Change(Verdict[Truth, Optimization]):
-    """Base of verdicts with a loss before and a loss after."""
-
-    __slots__ = ()
-    before: float
-    after: float
-
-    def good(self, moment: Moment[Truth], lab: Optimization) -> bool:
-        """Compare the losses."""
-        return self.after < self.before
-
-    def counterparts(self, moment: Moment[Truth], lab: Optimization) -> Sequence[Claim]:
-        """The opposite verdict, with the losses exchanged."""
-        return (self.opposing(before=self.after, after=self.before),)
-
-
 @claim
-class _Moved(_Change, ActionClaim[Truth, Optimization]):
+class _Moved(Change[Truth, Optimization], ActionClaim[Truth, Optimization]):
     """Base of verdicts on the change of the loss."""
 
     action_slot = ""  # the phrases name losses only
@@ -338,7 +323,7 @@ opposed(Fell, Rose)
 
 
 @claim
-class _Changed(_Change):
+class _Changed(Change[Truth, Optimization]):
     """Base of verdicts on the change of one coordinate alone."""
 
     name: Annotated[str, NAMES]

@@ -20,6 +20,7 @@ from teachers.atoms import (
     opposed,
     slot,
 )
+from teachers.common import Change
 from teachers.oracles.parking.checks import (
     PEDALS,
     SIDES,
@@ -273,7 +274,7 @@ opposed(OnCourse, Strayed)
 
 
 @claim
-class _Moved(Verdict[Truth, Parking], _Made):
+class _Moved(Change[Truth, Parking], _Made):
     before: float
     after: float
 
@@ -284,14 +285,6 @@ class _Moved(Verdict[Truth, Parking], _Made):
             and self.before == distance_to_spot(moment.past)
             and self.after == distance_to_spot(after_action(lab, moment.past, self.action)) != self.before
         )
-
-    def good(self, moment: Moment[Truth], lab: Parking) -> bool:
-        """Nearer is better."""
-        return self.after < self.before
-
-    def counterparts(self, moment: Moment[Truth], lab: Parking) -> Sequence[Claim]:
-        """The opposite verdict, with the distances the other way round."""
-        return (self.opposing(before=self.after, after=self.before),)
 
 
 @claim
