@@ -37,7 +37,7 @@ __all__ = [
 ]
 
 Claims = Sequence[Claim[Any]]
-"""Claims in the order in which they are said."""
+"""Claims in speaking order."""
 P = ParamSpec("P")
 S = TypeVar("S", bound="Personality")
 

@@ -12,7 +12,7 @@ E = TypeVar("E", bound="Early")
 
 
 class Advising(Stage[E]):
-    """Counts the turns in which something is said."""
+    """Counts the turns in which it speaks."""
 
     def begin(self) -> None:
         """Start with the whole budget."""

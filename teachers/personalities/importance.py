@@ -11,7 +11,7 @@ from worlds.batches import Floats
 
 
 class Weighing(Advising["Importance"]):
-    """Counts the turns in which something is said."""
+    """Counts the turns in which it speaks."""
 
     def wants(self, view: View) -> bool:
         """Whether much is at stake in the next action."""

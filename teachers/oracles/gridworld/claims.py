@@ -324,7 +324,7 @@ class Within(Claim[Truth, Gridworld]):
 
 @claim
 class _Kept(Claim[Truth, Gridworld]):
-    """Base of claims about the kind of room in which the treasure lies."""
+    """Base of claims about the kind of the treasure's room."""
 
     scope = Scope.WORLD
     room: str
@@ -380,7 +380,7 @@ class NextTo(Claim[Truth, Gridworld]):
 
 @claim
 class _Treasures(TownRule[Truth, Gridworld]):
-    """Base of rules about the types of rooms in which treasures lie."""
+    """Base of rules about the types of the treasures' rooms."""
 
     rooms: tuple[str, ...]
     """Types of rooms, such as `kitchen`."""

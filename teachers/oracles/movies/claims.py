@@ -423,7 +423,7 @@ class AvoidTrait(Claim[Truth, Movies]):
         return checks.is_useless(lab, moment.after.profile, self.attribute, self.trait)
 
     def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
-        """Warn of what is wished."""
+        """Warn of wished traits."""
         wished = checks.traits_wished(moment.after.profile)
         return tuple(AvoidTrait(attribute=attribute, trait=trait) for attribute, trait in wished)
 

@@ -29,7 +29,7 @@ PLACEHOLDER = "..."
 
 
 def filler(syllables: int) -> str:
-    """A line of so many syllables in which nothing else is likely to be wrong."""
+    """A line of so many syllables that is unlikely to be wrong otherwise."""
     return " ".join(["la"] * syllables) or PLACEHOLDER
 
 
@@ -317,7 +317,7 @@ class Empty(Claim[Truth, Poem]):
     kind = HN
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
-        """Look for a character that is not space."""
+        """Look for a character that is not whitespace."""
         return moment.before is not None and (not moment.action or moment.action.isspace())
 
     def counterparts(self, moment: Moment[Truth], lab: Poem) -> Sequence[Claim]:

@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+from typing_extensions import override
+
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Verdict, claim, opposed, slot
 from teachers.planning.exact.worths import NOTHING, Worth, Worths
 from worlds.wrapped.gym_world import GymWorld, Position
@@ -65,22 +67,22 @@ class _Chosen(Verdict[Position, GymWorld], ActionClaim[Position, GymWorld]):
     """Its loss, in reward or in actions, to three digits."""
 
     def applies(self, moment: Moment[Position], lab: GymWorld) -> bool:
-        """Whether this was the action, in a state in which actions differ."""
+        """Whether this was the action, and actions differ in that state."""
         acted = moment.before is not None and moment.action == self.action
         return acted and loss(self.action, moment.past, moment, lab) is not None
 
+    @override
     def good(self, moment: Moment[Position], lab: GymWorld) -> bool:
-        """By Bellman's equation."""
         return loss(self.action, moment.past, moment, lab) == NOTHING
 
+    @override
     def worth(self, moment: Moment[Position], lab: GymWorld, action: Any) -> float | None:
-        """By Bellman's equation."""
         values, past = lab.model.at(moment.past, lab), moment.past
         turn = used(past, moment, values)
         return None if turn is None else values.ranked(values.expected(past.seen, turn))[action]
 
+    @override
     def stated_worth(self, moment: Moment[Position], lab: GymWorld, action: Any) -> float | None:
-        """By Bellman's equation."""
         values, past = lab.model.at(moment.past, lab), moment.past
         turn = used(past, moment, values)
         return None if turn is None else values.expected(past.seen, turn)[action].earned
@@ -108,8 +110,8 @@ class WellChosen(_Chosen):
 class _Blame(_Chosen):
     """Base of blame that says how much is lost."""
 
+    @override
     def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
-        """By Bellman's equation."""
         return self.applies(moment, lab) and self.tells(loss(self.action, moment.past, moment, lab))
 
     def tells(self, lost: Worth | None) -> bool:
@@ -151,8 +153,8 @@ class _Tried(_Chosen):
         lost = loss(self.action, moment.after, moment, lab)
         return lost is not None and (_near(self.lost, lost.earned) or lost.earned == self.lost == 0)
 
+    @override
     def good(self, moment: Moment[Position], lab: GymWorld) -> bool:
-        """By Bellman's equation."""
         return self.lost == 0
 
     def counterparts(self, moment: Moment[Position], lab: GymWorld) -> Sequence[Claim]:
@@ -188,8 +190,8 @@ class Choose(ActionClaim[Position, GymWorld]):
     action: int
     answer: str
 
+    @override
     def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
-        """By Bellman's equation."""
         return loss(self.action, moment.after, moment, lab) == NOTHING
 
     def counterparts(self, moment: Moment[Position], lab: GymWorld) -> Sequence[Claim]:
@@ -207,8 +209,8 @@ class Avoid(ActionClaim[Position, GymWorld]):
     answer: str
     lost: float
 
+    @override
     def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
-        """By Bellman's equation."""
         lost = loss(self.action, moment.after, moment, lab)
         return lost is not None and _near(self.lost, lost.earned)
 
@@ -224,8 +226,8 @@ class Dawdle(Avoid):
 
     time = slot(in_actions, "lost")
 
+    @override
     def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
-        """By Bellman's equation."""
         lost = loss(self.action, moment.after, moment, lab)
         return lost is not None and _near(self.lost, lost.length)
 
