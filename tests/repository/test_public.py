@@ -10,7 +10,7 @@ from documents import python_blocks
 import llf_teacher
 from llf_teacher.cli.dev.public import MODULES, changes_since, public_names, read_list, unexplained
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 LIST, CHANGELOG = ROOT / "tests" / "public.txt", ROOT / "CHANGELOG.md"
 RELEASE, LISTED = read_list(LIST)
 EXAMPLES = ("worlds.gridworld", "teachers.oracles.", "teachers.personalities.", "llf_teacher.students.traits.")

@@ -50,8 +50,9 @@ def test_what_is_no_command_is_found(code, why):
 
 
 def test_what_is_no_test_is_found():
-    assert not missing_test("tests/test_promises.py::test_what_is_no_test_is_found")
-    assert missing_test("tests/test_promises.py::test_nothing") == "tests/test_promises.py has no test_nothing"
+    here = "tests/repository/test_promises.py"
+    assert not missing_test(f"{here}::test_what_is_no_test_is_found")
+    assert missing_test(f"{here}::test_nothing") == f"{here} has no test_nothing"
     assert missing_test("tests/test_promise.py") == "there is no tests/test_promise.py"
 
 

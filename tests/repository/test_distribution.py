@@ -12,7 +12,7 @@ from pathlib import Path
 
 import llf_teacher
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 PACKAGES = ("worlds", "teachers", "pz_envs", "llf_teacher")
 BESIDES = ("tests", "docs", "examples", "changes", ".ci")
 

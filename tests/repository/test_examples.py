@@ -14,7 +14,7 @@ import pytest
 
 from teachers.atoms import HN
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 
 
 def printed(name, *arguments):

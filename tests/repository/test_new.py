@@ -11,7 +11,7 @@ from commands import llf
 
 from llf_teacher.tools.scaffold import KINDS, write
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 PACKAGES = ("worlds", "teachers", "pz_envs", "llf_teacher")
 NAMES = dict(zip(KINDS, ("guess_it", "laconic", "trusting", "clumsy"), strict=True))
 

@@ -16,7 +16,7 @@ import llf_teacher
 from llf_teacher.registry import PREFIX
 from pz_envs.family import all_families
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 PACKAGES = ("worlds", "teachers", "pz_envs", "llf_teacher")
 LAYERS = {  # per layer where the families are, and what is there besides
     "worlds": ("worlds/*.py", {"__init__", "actions", "extras", "spaces", "testing", "towns", "world"}),

@@ -6,7 +6,7 @@ from pathlib import Path
 from llf_teacher.episodes.record import EpisodeRow, EpisodeSpec
 from llf_teacher.studies.definition.study import load_study
 
-TEXT = (Path(__file__).parents[1] / "docs" / "reading-a-study.md").read_text(encoding="utf-8")
+TEXT = (Path(__file__).parents[2] / "docs" / "reading-a-study.md").read_text(encoding="utf-8")
 
 
 def test_every_column_is_described_once():

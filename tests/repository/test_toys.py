@@ -6,8 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
-TOYS = Path(__file__).parent / "toys"
+ROOT = Path(__file__).parents[2]
+TOYS = Path(__file__).parents[1] / "toys"
 KITS = """
 from functools import partial
 from llf_teacher.registry import family

@@ -12,8 +12,8 @@ import pytest
 import llf_teacher
 from pz_envs.family import PLUGINS, all_families
 
-ROOT = Path(__file__).parents[1]
-SOURCE = Path(__file__).parent / "plugin_package"
+ROOT = Path(__file__).parents[2]
+SOURCE = Path(__file__).parents[1] / "plugin_package"
 STUDY = """
 ids = ["llf-thermostat-v0", "llf-thermostat-Far-v0"]
 teachers = ["oracle", "mistake(eps=1)", "silent"]

@@ -14,7 +14,7 @@ from shelf import FAMILIES, light, pairs
 from llf_teacher.registry import entries
 from teachers.personality import PERSONALITIES
 
-TESTS = Path(__file__).parent
+TESTS = Path(__file__).parents[1]
 PAIRS = [{name, spec} for name, spec in pairs()]
 CHEAP = [0] * len(PAIRS)
 SIZES = """
