@@ -91,13 +91,6 @@ class Reliability:
             for ten, counts in tens.items()
         )
 
-    def interval(self, group: Bin) -> tuple[float, float]:
-        """The 95 % interval of the share of a bin's claims that hold, by `share_of_clusters`, which are episodes."""
-        found = [
-            Counter({key: n for key, n in each.items() if _ten(key[0]) == _ten(group.low)}) for each in self.episodes
-        ]
-        return share_of_clusters([(each.total(), sum(n for (_, held), n in each.items() if held)) for each in found])
-
     @property
     def brier(self) -> float | None:
         """Brier score: mean of (held - p)², less is better; None without claims."""

@@ -213,26 +213,6 @@ def test_a_choice_of_bits(tmp_path):
     assert re.search(r"\| (wins|loses|equal|undecided) \|$", first, re.MULTILINE)
 
 
-def test_checking_the_catalogue(tmp_path):
-    """The films of other data are counted that are found, and that agree; those that are not found are named."""
-    keys = ("Title", "Release Date", "MPAA Rating", "IMDB Votes")
-    films = [
-        ("Star Wars", "May 25 1977", "PG", 9),
-        ("Psycho", "Jun 16 2060", "R", 8),
-        ("The Matrix", "Mar 31 1989", "PG", 7),
-        ("Turnip Season", "Jan 01 1990", None, None),
-    ]
-    vega, ggplot2 = tmp_path / "movies.json", tmp_path / "movies.csv"
-    vega.write_text(json.dumps([dict(zip(keys, film, strict=True)) for film in films]))
-    ggplot2.write_text('title,year,votes,mpaa\n"Matrix, The",1999,7,R\nAladdin,1992,6,G\nAladdin,1950,6,\n')
-    out = printed("check_catalogue", "--vega", vega, "--ggplot2", ggplot2)
-    rows = [[cell.strip() for cell in line.split("│")[1:-1]] for line in out.splitlines()]
-    assert ["vega-datasets", "100", "3", "2", "2 of 3"] in rows
-    assert ["ggplot2movies", "100", "2", "2", "2 of 2"] in rows
-    assert "vega-datasets, not found: Turnip Season (1990)" in out
-    assert "ggplot2movies, not found: Aladdin (1950)" in out
-
-
 def test_a_model_learns_what_the_teachers_words_mean(tmp_path):
     out = printed("train_a_model", "--plot", tmp_path / "plot.png")
     curve = [float(share) for share in out.split()[1:]]

@@ -1,4 +1,4 @@
-"""`llf dev public`: write the list of public names, with which the tests compare those of the code."""
+"""The public names of the code, and the list of them in `tests/public.txt`."""
 
 import ast
 import dataclasses
@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from importlib.util import find_spec
 from pathlib import Path
 from pkgutil import resolve_name
-from typing import Annotated, Any
+from typing import Any
 
 import typer
 
@@ -21,7 +21,7 @@ MODULES = """
     llf_teacher.students.parsing llf_teacher.students.scene llf_teacher.students.student llf_teacher.students.trait
     llf_teacher.studies llf_teacher.studies.analysis.estimators llf_teacher.studies.analysis.outcomes
     llf_teacher.studies.analysis.overall llf_teacher.studies.analysis.pass_at_k
-    llf_teacher.studies.analysis.time_to_success llf_teacher.studies.analysis.traits
+    llf_teacher.studies.analysis.time_to_success
     llf_teacher.studies.definition.study llf_teacher.studies.execution.limits llf_teacher.studies.execution.play
     llf_teacher.studies.execution.runner llf_teacher.studies.export llf_teacher.studies.store llf_teacher.testing
     llf_teacher.tools.transcript
@@ -40,49 +40,11 @@ what they show as an example of a family or a personality.
 _HEAD = re.compile(r"# Public names of llf-teacher (\S+),")
 
 
-def add_to(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("public")(public)
-
-
-def public(
-    file: Annotated[Path, typer.Argument(help="List to write.")],
-    changelog: Annotated[
-        Path, typer.Argument(help="Changelog, beside which is the folder `changes`.", exists=True, dir_okay=False)
-    ] = Path("CHANGELOG.md"),
-) -> None:
-    """Write the list of public names: of modules, commands, environments, specs, settings and versions.
-
-    A name that is in FILE and no longer in the code must be in a file of `changes`, or in the changelog above the
-    section of the release that FILE names.
-    """
-    import llf_teacher
-
-    release, listed = read_list(file) if file.exists() else (llf_teacher.__version__, set())
-    names = set(public_names())
-    if lost := unexplained(listed - names, changes_since(release, changelog)):
-        raise ValueError(
-            f"these are gone, and {changelog} does not name them: {'; '.join(lost)}; keep them, or say in a file of "
-            f"{changelog.parent / 'changes'} what stands in their place"
-        )
-    if ".dev" not in llf_teacher.__version__:
-        release = llf_teacher.__version__
-    head = f"# Public names of llf-teacher {release}, and those added since; written by `llf dev public`.\n"
-    file.write_text(head + "".join(f"{name}\n" for name in sorted(names)), encoding="utf-8")
-    for sign, which in (("+", names - listed), ("-", listed - names)):
-        for name in sorted(which):
-            typer.echo(f"{sign} {name}")
-
-
 def read_list(file: Path) -> tuple[str, set[str]]:
-    """The release of which a list was made, and the names.
-
-    Raises:
-        ValueError: the file is no such list.
-    """
+    """The release of which a list was made, and the names."""
     head, *names = file.read_text(encoding="utf-8").splitlines()
-    if not (found := _HEAD.match(head)):
-        raise ValueError(f"{file} must begin with {_HEAD.pattern!r}, got {head!r}; delete it, and write it anew")
+    found = _HEAD.match(head)
+    assert found, f"{file} must begin with {_HEAD.pattern!r}, got {head!r}"
     return found[1], set(names)
 
 
