@@ -13,9 +13,7 @@ import typer
 
 MODULES = """
     llf_teacher llf_teacher.compat llf_teacher.episodes.record llf_teacher.gym llf_teacher.gym.vector
-    llf_teacher.integrations.dspy llf_teacher.integrations.games llf_teacher.integrations.gepa
-    llf_teacher.integrations.inspect
-    llf_teacher.integrations.openenv llf_teacher.integrations.trace llf_teacher.integrations.trl
+    llf_teacher.integrations.inspect llf_teacher.integrations.openenv llf_teacher.integrations.trl
     llf_teacher.integrations.verifiers llf_teacher.models.client llf_teacher.models.settings
     llf_teacher.models.testing llf_teacher.people llf_teacher.registry llf_teacher.speakers.rewriter
     llf_teacher.students.parsing llf_teacher.students.scene llf_teacher.students.student llf_teacher.students.trait
@@ -24,7 +22,6 @@ MODULES = """
     llf_teacher.studies.analysis.time_to_success
     llf_teacher.studies.definition.study llf_teacher.studies.execution.limits llf_teacher.studies.execution.play
     llf_teacher.studies.execution.runner llf_teacher.studies.export llf_teacher.studies.store llf_teacher.testing
-    llf_teacher.tools.transcript
     pz_envs.assembly pz_envs.family pz_envs.learning pz_envs.lesson pz_envs.parallel_seats pz_envs.rewards
     pz_envs.seatings.classroom pz_envs.seatings.panel pz_envs.seatings.tutoring pz_envs.settings
     pz_envs.student_view pz_envs.teacher_view pz_envs.testing

@@ -111,7 +111,7 @@ def test_it_knows_what_the_student_hears_from_others():
         raw.step(None if over or cut else info.get("suggestion", 0))
         if raw.session.moment.turn == 1 and raw.session.heard:
             break
-    first, second = (raw.session.offers[i].said.atoms for i in (0, 1))
+    first, second = (raw.session.teacher_turns[i].said.atoms for i in (0, 1))
     assert [atom.kind for atom in first] == [FP]
     claims = [atom.claim for atom in second if atom.kind is not None]
     assert not [claim for claim in claims if isinstance(claim, Avoid | Pull)]  # these the student can conclude

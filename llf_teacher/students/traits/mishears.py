@@ -15,7 +15,7 @@ from llf_teacher.students.scene import (
 from llf_teacher.students.trait import Trait
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Atom, Claim, EditClaim, PlanClaim, R, Verdict
 from teachers.common import Right, Wrong
-from teachers.session import BIT
+from teachers.feedback import BIT
 from teachers.spec import Share
 
 

@@ -6,8 +6,7 @@ from typing import Any
 from llf_teacher.students.scene import HeardBatch, Scene, SceneBatch
 from llf_teacher.students.trait import Trait
 from teachers.atoms import KINDS, Atom, Claim
-from teachers.feedback import format_kinds, parse_kinds
-from teachers.session import BIT
+from teachers.feedback import BIT, format_kinds, parse_kinds
 from teachers.spec import Share
 
 

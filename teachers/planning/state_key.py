@@ -1,4 +1,4 @@
-"""The key of an environment's state, where nobody gives one: all that the environment holds."""
+"""The key of an environment's state for the tier `exact`, where nobody gives one: all that the environment holds."""
 
 import copy
 import hashlib
@@ -17,10 +17,11 @@ from gymnasium.envs.registration import EnvSpec
 
 from teachers.planning.known import State
 from teachers.planning.planner import PlanningError, stepped
-from worlds.wrapped.snapshots import is_generator, is_plain, layers, of_function
+from worlds.wrapped.generators import is_generator, of_function
+from worlds.wrapped.layers import is_plain, layers
 
 _Env = gymnasium.Env[Any, Any]
-_TRIAL = 20  # steps of random play, which show what counts steps, and what changes
+_TRIAL = 20  # steps of random play, which shows what counts steps, and what changes
 _DEPTH = 50  # of what holds each other
 _COMMON = {"metadata", "render_mode", "spec", "_np_random_seed", "reward_range"}
 _TOYS = "gymnasium.envs.toy_text."
@@ -33,27 +34,23 @@ HINT = "pass oracle=Exact(state=f) of teachers.planning, where f(env) is all tha
 
 
 @dataclass(frozen=True)
-class Contents:
+class StateKey:
     """The key of a state: a digest of an environment's attributes, or of what its `get_state()` returns.
 
-    It may tell apart states that are the same, which costs time; states that differ in these attributes it never takes
-    for one.
+    States that differ in these have different keys. The key may also tell apart states that are the same, which costs
+    time.
     """
 
     counts: tuple[str, ...] = ()
-    """The attributes that count steps."""
-    timed: bool = True
-    """Whether these are part of the key."""
+    """The attributes that count steps; they are part of the key."""
     asks: bool = False
     """Whether it calls `get_state()`, rather than look at attributes."""
-    strict: bool = True
-    """Whether values of unknown classes raise; else they are compared by what pickle writes of them, if it can."""
 
     def __call__(self, env: _Env) -> bytes:
         """Read the state; errors as `parts`."""
         return hashlib.blake2b(repr(self.parts(env)).encode(), digest_size=16).digest()
 
-    def parts(self, env: _Env) -> tuple[tuple[str, Hashable], ...]:
+    def parts(self, env: _Env) -> dict[str, Hashable]:
         """What is in the key, by name.
 
         Raises:
@@ -61,60 +58,26 @@ class Contents:
         """
         if self.asks:
             bare: Any = env.unwrapped
-            return (("get_state()", self._read("what get_state() returns", bare.get_state())),)
-        toy = type(env.unwrapped).__module__.startswith(_TOYS)
-        return tuple(
-            (name, self._read(f"the attribute {name!r}", value))
-            for name, value in sorted(_attributes(env).items())
-            if not _is_fixed(name, value, toy) and (self.timed or name not in self.counts)
-        )
-
-    def _read(self, what: str, value: Any) -> Hashable:
-        try:
-            return (
-                _of_table(value) if what == "the attribute 'P'" and isinstance(value, Mapping) else still_value(value)
-            )
-        except (TypeError, ValueError) as error:
-            if self.strict:
-                raise PlanningError(f"{what} has {error}; {HINT}") from None
-        written = io.BytesIO()
-        try:
-            _Pickler(written).dump(value)
-            return written.getvalue()
-        except Exception:  # such as a window of an environment that was drawn since
-            return None
+            return {"get_state()": _read("what get_state() returns", bare.get_state())}
+        return {name: _read(f"the attribute {name!r}", value) for name, value in sorted(_changeable(env).items())}
 
 
-def contents_of(env: _Env) -> Contents:
-    """A key for searches: of all attributes but those that count steps.
-
-    Args:
-        env: an environment, which is reset and stepped.
-    """
-    return Contents(counts_of(env), timed=False, strict=False)
-
-
-def certain_contents(env: _Env) -> Contents:
+def state_key(env: _Env) -> StateKey:
     """A key that tells apart all states that differ.
 
     Args:
         env: an environment, which is reset and stepped.
 
     Raises:
-        PlanningError: an attribute is of a kind that cannot be compared.
+        PlanningError: stepping it fails.
     """
     asks = callable(getattr(env.unwrapped, "get_state", None))
-    return Contents(() if asks else counts_of(env), asks=asks)
+    return StateKey(() if asks else counts_of(env), asks)
 
 
 def other_parts(env: _Env, left_out: Set[str]) -> dict[str, Hashable]:
-    """What an environment and its wrappers hold beside these attributes, by name."""
-    read, toy = Contents(strict=False)._read, type(env.unwrapped).__module__.startswith(_TOYS)
-    return {
-        name: read(name, value)
-        for name, value in _attributes(env).items()
-        if name not in left_out and not _is_fixed(name, value, toy)
-    }
+    """What an environment and its wrappers hold beside these attributes, by name; None for what cannot be compared."""
+    return {name: _read_or_pickle(value) for name, value in _changeable(env).items() if name not in left_out}
 
 
 def check_wrappers(env: _Env) -> None:
@@ -136,7 +99,7 @@ def check_recurs(env: _Env, state: State) -> None:
     """
 
     def read(env: _Env) -> dict[str, Any]:
-        return dict(state.parts(env)) if isinstance(state, Contents) else {"": state(env)}
+        return state.parts(env) if isinstance(state, StateKey) else {"": state(env)}
 
     for before, after in _steps(env, read):
         for name, value in after.items():
@@ -165,6 +128,37 @@ def _steps(env: _Env, read: Callable[[_Env], dict[str, Any]]) -> Iterator[tuple[
         yield before, read(env)
         if terminated or truncated:
             env.reset(seed=0)
+
+
+def _read(what: str, value: Any) -> Hashable:
+    """A value as it is compared.
+
+    Raises:
+        PlanningError: it cannot be compared.
+    """
+    try:
+        return _of_table(value) if what == "the attribute 'P'" and isinstance(value, Mapping) else comparable(value)
+    except (TypeError, ValueError) as error:
+        raise PlanningError(f"{what} has {error}; {HINT}") from None
+
+
+def _read_or_pickle(value: Any) -> Hashable:
+    """A value as it is compared, or what pickle writes of it; None if it cannot."""
+    try:
+        return comparable(value)
+    except (TypeError, ValueError):
+        written = io.BytesIO()
+    try:
+        _Pickler(written).dump(value)
+        return written.getvalue()
+    except Exception:  # such as a window of an environment that was drawn since
+        return None
+
+
+def _changeable(env: _Env) -> dict[str, Any]:
+    """What an environment and its wrappers hold, by name, without what is no part of the state."""
+    toy = type(env.unwrapped).__module__.startswith(_TOYS)
+    return {name: value for name, value in _attributes(env).items() if not _is_fixed(name, value, toy)}
 
 
 def _attributes(env: _Env) -> dict[str, Any]:
@@ -213,8 +207,8 @@ def _is_fixed(name: str, value: Any, toy: bool) -> bool:
     return name in _DRAWN and (value is None or type(value).__module__.startswith("pygame"))
 
 
-def still_value(value: Any, around: tuple[int, ...] = ()) -> Hashable:
-    """A value whose `repr` is the same for equal ones.
+def comparable(value: Any, around: tuple[int, ...] = ()) -> Hashable:
+    """A value in a form that can be compared and hashed, whose `repr` is the same for equal values.
 
     Args:
         value: the value.
@@ -224,7 +218,7 @@ def still_value(value: Any, around: tuple[int, ...] = ()) -> Hashable:
         TypeError: there is none.
     """
     if isinstance(value, np.generic) and not isinstance(number := value.item(), np.generic):
-        return still_value(number)
+        return comparable(number)
     if value is None or isinstance(value, str | bytes | int | float):
         return value
     if isinstance(value, np.ndarray) and value.dtype != object:
@@ -233,7 +227,7 @@ def still_value(value: Any, around: tuple[int, ...] = ()) -> Hashable:
         return "itself", around.index(id(value))
     if len(around) > _DEPTH:
         raise TypeError(f"values that hold each other more than {_DEPTH} times, which cannot be compared")
-    inner = partial(still_value, around=(*around, id(value)))
+    inner = partial(comparable, around=(*around, id(value)))
     if isinstance(value, Mapping):
         return tuple((inner(key), inner(each)) for key, each in value.items())
     if isinstance(value, Set):
@@ -257,7 +251,7 @@ def still_value(value: Any, around: tuple[int, ...] = ()) -> Hashable:
 def _of_table(table: Mapping[Any, Any]) -> Hashable:
     """A large table in short; one that is equal to the last one is not read again."""
     if not _LAST or _LAST[0][0] != table:
-        _LAST[:] = [(unshared(table), hashlib.blake2b(repr(still_value(table)).encode(), digest_size=16).digest())]
+        _LAST[:] = [(unshared(table), hashlib.blake2b(repr(comparable(table)).encode(), digest_size=16).digest())]
     return _LAST[0][1]
 
 
