@@ -44,8 +44,8 @@ GROUPS = {
     },
     "Reference": {
         "docs/environments": ("docs/metaworld", "docs/catalogue", "docs/pictures"),
-        "docs/how-claims-are-checked": ("docs/claims-elsewhere", "docs/readings/README"),
-        "docs/statistics": (),
+        "docs/how-claims-are-checked": (),
+        "docs/statistics": ("docs/internals",),
         "docs/promises": (),
         "docs/for-reviewers": (),
         "docs/reference/README": ("docs/reference/*",),

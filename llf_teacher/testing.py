@@ -20,9 +20,7 @@ from llf_teacher.students.builtin.text_only import TextOnly
 from llf_teacher.students.parsing import STUDENTS, TRAITS, parse_student
 from llf_teacher.students.student import READS, Policy, Student
 from llf_teacher.students.trait import Trait
-from llf_teacher.studies.analysis.traits import evidence
 from llf_teacher.tools.audit import audit
-from llf_teacher.tools.recovery import transcripts
 from pz_envs.subject import Subject
 from teachers.seeds import Seeds
 from worlds.testing import plain, require
@@ -243,27 +241,10 @@ def check_trait_student(trait: Trait, id: str | Subject) -> None:
         check(Obedient() | trait, id)
 
 
-def check_trait_recovery(trait: Trait, id: str | Subject) -> None:
-    """If its strength can be recovered, its likelihood does not rule out the strength that a student has.
-
-    A likelihood that is right rules it out once in 100,000 times.
-    """
-    if (where := trait.recovery) is not None and isinstance(id, str):
-        strong = dataclasses.replace(trait, **{trait.strength: where.strength})
-        total = evidence(strong, transcripts(strong, id, range(20)))
-        truth = total[np.abs(trait.strengths - where.strength).argmin()]
-        require(
-            total.max() - truth < _SURELY,
-            f"by its log_likelihood the strength of {strong} in {id} was {trait.strengths[total.argmax()]:g}",
-        )
-
-
-_SURELY = 9.8  # half the quantile of chi-squared at 1 - 1e-5
 TRAIT_CHECKS: tuple[Callable[[Trait, str | Subject], None], ...] = (
     check_trait_value,
     check_trait_absent,
     check_trait_agrees,
     check_trait_student,
-    check_trait_recovery,
 )
 """Every check of a trait."""

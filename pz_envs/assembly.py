@@ -15,8 +15,9 @@ from pz_envs.student_view import StudentView
 from pz_envs.subject import Subject
 from pz_envs.teacher_view import TeacherView
 from pz_envs.text_mode import read_text, read_verbatim
+from teachers.budget import Budget
 from teachers.personality import Personality
-from teachers.session import Purse, Read, Session
+from teachers.session import Read, Session
 from teachers.teacher import Teacher
 from worlds.pictures import TextPicture
 from worlds.world import World
@@ -37,19 +38,17 @@ def assemble(
     settings: Settings,
     *,
     personalities: Sequence[str | Personality | Teacher] = (),
-    purse: Purse | None = None,
+    budget: Budget | None = None,
     instructs: bool | None = None,
-    undoable: bool = False,
 ) -> Parts:
     """The session of some settings, and its views.
 
     Args:
         subject: what is taught.
         settings: how.
-        personalities: of several teachers, or these, each with a purse of its own; none: the one of the settings.
-        purse: cost and budget that the session shares with others; None: its own, by the settings.
+        personalities: of several teachers, or these, each with a budget of its own; none: the one of the settings.
+        budget: cost and limit that the session shares with others; None: its own, by the settings.
         instructs: as of `Session`; None: if the teacher chooses what to say.
-        undoable: as of `Session`.
 
     Raises:
         ValueError: a setting is not allowed.
@@ -79,7 +78,7 @@ def assemble(
         world,
         teachers,
         max_turns=max_turns,
-        purses=[purse or Purse(settings.cost, settings.budget) for _ in teachers],
+        budgets=[budget or Budget(settings.cost, settings.budget) for _ in teachers],
         instructs=settings.speech != "message" if instructs is None else instructs,
         until_success=settings.until_success,
         repeated=subject.repeated,
@@ -87,7 +86,6 @@ def assemble(
         failure_reward=settings.failure_reward,
         read=_reader(world, settings.text),
         observer=renderer,
-        undoable=undoable,
     )
     student = StudentView(session, settings, image if settings.text else None, renderer)
     views = [TeacherView(session, settings.speech, settings.teacher_reward, i) for i in range(len(teachers))]

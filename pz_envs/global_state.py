@@ -106,8 +106,8 @@ class GlobalState:
                 values = None if moment.over else oracle.values(moment.after)
                 numbers += values or [0.0] * int(session.world.action_space.n)  # type: ignore[attr-defined]
             for teacher in teachers.values():
-                numbers += SUBSET_BITS[teacher.offer.available()].tolist()
-                numbers.append(teacher.offer.purse.share)
+                numbers += SUBSET_BITS[teacher.teacher_turn.available()].tolist()
+                numbers.append(teacher.teacher_turn.budget.share)
         numbers += [each.value for each in shared]
         array = np.array(numbers, float)
         state: npt.NDArray[np.float32] = np.clip(array, self._least, self._greatest).astype(np.float32)

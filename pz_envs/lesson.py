@@ -19,8 +19,8 @@ from teachers.voice import Voice
 from worlds.pictures import Picture
 from worlds.world import World
 from worlds.wrapped.gym_world import GymWorld
+from worlds.wrapped.layers import layers
 from worlds.wrapped.rendered import RenderedPicture
-from worlds.wrapped.snapshots import layers
 
 _MAX_TURNS = 100  # of an environment without a limit
 _LIMITS = ("_max_episode_steps", "max_episode_steps", "max_steps")  # the names of Gymnasium's TimeLimit and of others
@@ -38,9 +38,9 @@ class Lesson(Subject):
         env: an environment, or a function without arguments that makes one.
         oracle: a subclass of `Oracle`, or a function that makes an oracle, given a function that makes scratch worlds.
             Truths are `worlds.wrapped.gym_world.Position`s. Or a planner of `teachers.planning`, or its name with
-            arguments, as in `exact(gamma=0.95)`: `exact` where all transitions can be known, `searched` where a search
-            finds what to do, `expert` where an expert is known, or `auto` for the first of these that serves the
-            environment. A planner brings phrases and `look`, and words that it knows. None: `RewardOracle`.
+            arguments, as in `exact(gamma=0.95)`: `exact` where all transitions can be known, `expert` where an expert
+            is known, or `auto` for the first of these that serves the environment, and rewards alone, with a warning,
+            if neither does. A planner brings phrases and `look`, and words that it knows. None: `RewardOracle`.
         phrases: the oracle's phrases: a dict of lists by claim class or by its name, or the path of a TOML file.
         look, snapshot, success, describe, action_words, reward_range: see `worlds.wrapped.gym_world.GymWorld`.
         name: of the lesson; None: the environment's name.

@@ -11,7 +11,7 @@ from gymnasium.spaces.utils import flatdim, flatten, flatten_space
 
 from teachers.atoms import FP, HP, KINDS, Atom, FeedbackType, R, action_of
 from teachers.common import Reward
-from teachers.session import CLAIMS
+from teachers.teacher_turn import CLAIMS
 from worlds.actions import native
 from worlds.world import World
 
@@ -48,7 +48,7 @@ ENTRIES = {
     "lifetime": "the student's lifetime so far, nine numbers from 0 to 1",
     "students": "of each student: turn / max_turns, the last reward, importance of the next action, whether its "
     "episode is over, whether it is there, whether it was addressed in this round",
-    "purse": "share of the round's attention that is left, share of the budget that is left",
+    "remaining": "share of the round's attention that is left, share of the budget that is left",
     "asking": "1 for the student that asks",
 }
 """What a teacher's observation has, by entry: see `Flat`."""

@@ -25,6 +25,7 @@ from teachers.oracle import Oracle
 from teachers.personality import Personality
 from teachers.phrasebook import Phrasebook
 from teachers.planning import Planner
+from teachers.planning.planner import REWARDS
 from teachers.spec import unknown
 from teachers.teacher import Teacher
 from teachers.voice import Voice
@@ -32,10 +33,8 @@ from worlds.extras import pip_install
 from worlds.world import World
 from worlds.wrapped.gym_world import GymWorld, same
 
-__all__ = ["REWARDS", "Registered", "RegisteredLesson", "registered"]
+__all__ = ["Registered", "RegisteredLesson", "registered"]
 
-REWARDS = "rewards"
-"""The option `oracle` for a teacher who says what is paid, and no more."""
 _HOMES = {"BabyAI-": "minigrid", "MiniGrid-": "minigrid", "highway-": "highway_env"}
 """By the beginnings of ids, the packages that register them when they are imported."""
 _EXTRAS = {"Box2D": "box2d", "minigrid": "minigrid"}

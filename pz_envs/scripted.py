@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from teachers.atoms import Utterance
-from teachers.session import SUBSETS
+from teachers.feedback import SUBSETS
 from teachers.spec import unknown
 
 

@@ -13,7 +13,8 @@ from pz_envs.settings import Settings
 from pz_envs.text_mode import failure
 from teachers.atoms import Moment
 from teachers.belief import Sealed
-from teachers.session import LONGEST, Session
+from teachers.session import Session
+from teachers.teacher_turn import LONGEST
 from worlds.pictures import Text
 from worlds.pictures.canvas import Frame
 from worlds.spaces import Prose

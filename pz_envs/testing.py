@@ -23,8 +23,8 @@ from pz_envs.seats import STUDENT, TEACHER
 from pz_envs.settings import SPEECHES
 from pz_envs.text_mode import read_exactly
 from teachers.atoms import ActionClaim, Atom, EditClaim, PlanClaim
+from teachers.feedback import SUBSETS
 from teachers.oracle import Oracle
-from teachers.session import SUBSETS
 from worlds.testing import plain, require
 from worlds.world import World
 

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from teachers.feedback import BIT
 from teachers.personality import Claims, Personality, Stage, View
-from teachers.session import BIT
 
 __all__ = ["ChoosesKinds"]
 

@@ -124,7 +124,7 @@ class Teacher:
         Args:
             seeds: those of the environment.
             seat: number of the teacher, where there are several.
-            numbers: what its seat in a lesson observes in numbers, see `teachers.session.Offer.numbers`.
+            numbers: what its seat in a lesson observes in numbers, see `teachers.teacher_turn.TeacherTurn.numbers`.
         """
         self._seeds, self._seat = seeds, seat
         self._draws = Draws(self._stream("voice"))

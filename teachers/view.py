@@ -44,7 +44,7 @@ class View:
     def __init__(self, oracle: Oracle, words: Callable[[Claim[Any]], float], numbers: Any = None) -> None:
         self._oracle = oracle
         self.numbers = numbers
-        """`teachers.session.Offer.numbers` of the teacher's seat; None outside of a lesson."""
+        """`teachers.teacher_turn.TeacherTurn.numbers` of the teacher's seat; None outside of a lesson."""
         self._moments: list[Moment[Any]] = []
         self._fingerprints = Fingerprints()
         self._hindsight: dict[int, tuple[Claim[Any], ...]] = {}  # by turn

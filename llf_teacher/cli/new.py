@@ -12,20 +12,20 @@ _NEXT = {
         "llf play llf-{id}-v0",
         "llf dev golden tests/golden llf-{id}-v0",
         "llf dev tables",
-        "llf dev public tests/public.txt",
+        "pytest -n0 tests/repository/test_public.py",
     ),
     "personality": (
         "Change it into what you want; CONTRIBUTING.md says what it may do. Then run:",
         "pytest -n0 tests/teachers/test_{name}.py",
         "llf play llf-gridworld-v0 --teacher {name}",
         "llf dev tables",
-        "llf dev public tests/public.txt",
+        "pytest -n0 tests/repository/test_public.py",
     ),
     "student": (
         "Change it into what you want; CONTRIBUTING.md says what it may do. Then run:",
         "pytest -n0 tests/llf_teacher/test_{name}.py",
         "llf play llf-gridworld-v0 --seat teacher --student {name}",
-        "llf dev public tests/public.txt",
+        "pytest -n0 tests/repository/test_public.py",
     ),
     "trait": (
         "Change it into what you want; CONTRIBUTING.md says what it may do. Then run:",

@@ -29,7 +29,8 @@ if TYPE_CHECKING:
     from llf_teacher.episodes.live import LiveLesson
     from llf_teacher.episodes.record import TurnRow
     from teachers.atoms import Claim
-    from teachers.session import Offer, Session
+    from teachers.session import Session
+    from teachers.teacher_turn import TeacherTurn
 
 UNDO, HELP, QUIT = "undo", ("?", "help"), ("q", "quit", "exit")
 """What a person types to take a turn back, to read the rules again, and to leave.
@@ -321,7 +322,7 @@ def _explain(console: Console, session: "Session") -> None:
 
 def _teach(console: Console, lesson: "LiveLesson") -> None:
     """An episode in the teacher's seat, which sees the truth, and how much it would say if that is measured."""
-    session, offer = lesson.session, lesson.teacher_view.offer
+    session, turn = lesson.session, lesson.teacher_view.teacher_turn
     _greet(console, lesson)
     _put(console, Text(escape_control_chars(session.instruction), "bold"))
     while not lesson.over:
@@ -335,7 +336,7 @@ def _teach(console: Console, lesson: "LiveLesson") -> None:
         heard = session.feedback if lesson.settings.speech == "kinds" else lesson.rows[-1].instruction or ""
         _put(console, Text(escape_control_chars(heard), "green"))
         _understood(console, lesson)
-    _sum_up(console, lesson, offer.purse.cost * offer.purse.spent)
+    _sum_up(console, lesson, turn.budget.cost * turn.budget.spent)
 
 
 def _greet(console: Console, lesson: "LiveLesson") -> None:
@@ -419,10 +420,9 @@ def _say_result(console: Console, turns: int, success: bool, total: float) -> No
 
 def _word(console: Console, lesson: "LiveLesson", explain: Callable[[], None]) -> str | None:
     """What a person says in its own words; None: undo."""
-    from teachers.session import LONGEST
+    from teachers.teacher_turn import LONGEST
 
-    offer = lesson.teacher_view.offer
-    _put(console, Text(escape_control_chars(f"{lesson.settings.teacher} would say: {offer.suggestion()}"), "dim"))
+    _put(console, Text(escape_control_chars(f"{lesson.settings.teacher} would say: {lesson.suggestion()}"), "dim"))
     prompt = "What do you say? (empty: nothing)> "
     if not lesson.rows:
         prompt = "Your first words are the instruction, not checked. What do you say? (empty: the text above)> "
@@ -455,21 +455,21 @@ def _understood(console: Console, lesson: "LiveLesson") -> None:
 
 def _choose(console: Console, lesson: "LiveLesson", explain: Callable[[], None]) -> int | None:
     """The subset of the kinds that a person types, asked until it is one, none once the budget is spent; None: undo."""
-    offer = lesson.teacher_view.offer
-    purse = offer.purse
-    claims = [claim for claim in offer.claims() if claim.kind is not None] if purse.left else []
+    turn = lesson.teacher_view.teacher_turn
+    budget = turn.budget
+    claims = [claim for claim in lesson.claims() if claim.kind is not None] if budget.left else []
     bits = lesson.weigh(claims)
     for i, claim in enumerate(claims):
         kind = f"{claim.kind}"
         lead = Text("  ").append(f"{kind:2} {KIND_WORDS[claim.kind]}: ", _STYLES[kind])
-        said = Text(escape_control_chars(_worded(claim, offer)))
+        said = Text(escape_control_chars(_worded(claim, turn)))
         if bits:
             said.append(f"  {bits[i].described}", "dim")
         _put_beside(console, lead, said)
-    left = "" if purse.budget is None else f"; {purse.left} of {purse.budget} left"
+    left = "" if budget.limit is None else f"; {budget.left} of {budget.limit} left"
     prompt = f"Say which kinds of {', '.join(KINDS)}? (a: all, empty: none{left})> "
-    if not purse.left:
-        prompt = f"Your budget of {purse.budget} is spent, so that you can say nothing more. Enter to go on> "
+    if not budget.left:
+        prompt = f"Your budget of {budget.limit} is spent, so that you can say nothing more. Enter to go on> "
     while True:
         text = console.input(prompt)
         command, _ = _command(text)
@@ -480,7 +480,7 @@ def _choose(console: Console, lesson: "LiveLesson", explain: Callable[[], None])
         if command in HELP:
             explain()
             continue
-        if not purse.left:
+        if not budget.left:
             return 0
         words = text.lower().replace("+", " ").replace(",", " ").split()
         try:
@@ -491,13 +491,13 @@ def _choose(console: Console, lesson: "LiveLesson", explain: Callable[[], None])
         return sum(1 << i for i, kind in enumerate(KINDS) if kind in kinds)
 
 
-def _worded(claim: "Claim[Any]", offer: "Offer") -> str:
+def _worded(claim: "Claim[Any]", turn: "TeacherTurn") -> str:
     """A claim in the first of its paraphrases; which one is said is drawn when it is."""
     import numpy as np
 
     from teachers.phrasebook import Draws
 
-    return offer.teacher.voice.say((claim,), offer.moment.turn, Draws(np.random.default_rng(0)), 0)
+    return turn.teacher.voice.say((claim,), turn.moment.turn, Draws(np.random.default_rng(0)), 0)
 
 
 def _ask(console: Console, prompt: str, several_lines: bool) -> str:

@@ -55,7 +55,6 @@ def add_to(app: typer.Typer) -> None:
     group.command("report")(report)
     group.command("check")(check)
     group.command("archive")(archive)
-    group.command("migrate")(migrate)
     group.command("export")(export)
     group.command("power")(power)
     group.command("merge")(merge)
@@ -183,31 +182,15 @@ def archive(
     typer.echo(f"Archive: {file.resolve()}")
 
 
-def migrate(
-    old: Annotated[Path, typer.Argument(help="Store of an earlier release; it is not changed.")],
-    new: Annotated[Path, typer.Argument(help="Store to write.")],
-) -> None:
-    """Copy the episodes of an earlier release's store into a store of this release."""
-    from llf_teacher.studies.store import migration
-
-    with Progress(console=Console(emoji=False, stderr=True, markup=False), transient=True) as progress:
-        task = progress.add_task("episodes", total=None)
-        number = migration.migrate(old, new, lambda done, total: progress.update(task, completed=done, total=total))
-    typer.echo(f"{number} episodes, stored in {new}.")
-
-
 def export(
     store: Annotated[Path, typer.Argument(help="Store of a study.")],
-    file: Annotated[Path, typer.Argument(help="File to write: .csv, .jsonl or .parquet; for some formats a folder.")],
+    file: Annotated[Path, typer.Argument(help="File to write: .csv, .jsonl or .parquet.")],
     turns: Annotated[
         bool, typer.Option("--turns", help="Write one row for each turn instead of each episode.")
     ] = False,
     format: Annotated[
         str,
-        typer.Option(
-            "--format",
-            help="Write training data instead of a table: chat, sft, dpo, sdpo, minari or eee, with options.",
-        ),
+        typer.Option("--format", help="Write training data instead of a table: chat, sft or dpo, with options."),
     ] = "",
 ) -> None:
     """Write the episodes of a store, or their turns, as a table or as training data."""

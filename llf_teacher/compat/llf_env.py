@@ -11,7 +11,7 @@ from gymnasium import spaces
 from teachers.atoms import KINDS
 from teachers.feedback import ALL, MIXED, draw_kinds, parse_kinds
 from teachers.phrasebook import Paraphrase, check_paraphrase
-from teachers.session import LONGEST
+from teachers.teacher_turn import LONGEST
 from worlds.spaces import Prose
 
 __all__ = ["Feedback", "LLFWrapper"]

@@ -1,24 +1,30 @@
-"""A lesson with people in some of its seats, whose turns can be taken back."""
+"""A lesson with people in some of its seats, whose turns can be taken back.
 
+A session has no way back. The lesson keeps what its seats did, in order, and plays the episode again from its seed
+without the last move. Teachers are asked again for what they were asked for, since that may draw from their streams.
+"""
+
+import copy
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from llf_teacher.episodes.record import TurnRow
 from llf_teacher.episodes.recorder import Recorder
 from llf_teacher.registry import Entry
-from llf_teacher.speakers.parsing import NEAR
+from llf_teacher.speakers.parsing import PHRASES
 from llf_teacher.students.student import Student
 from pz_envs.assembly import assemble
 from pz_envs.frames import EpisodeRenderer
 from pz_envs.seats import STUDENT, TEACHER
 from pz_envs.settings import Settings
-from teachers.atoms import Claim
+from teachers.atoms import Claim, Utterance
 from teachers.seeds import Seeds
+from teachers.teacher_turn import TeacherTurn
 
 if TYPE_CHECKING:
     from teachers.information import Bits
 
-__all__ = ["WATCHER", "LiveLesson", "OutOfTurnError", "Saying"]
+__all__ = ["WATCHER", "Input", "LiveLesson", "OutOfTurnError", "Saying"]
 
 WATCHER = "watcher"
 """Moves where no person has a seat: each move is a turn of both."""
@@ -30,6 +36,17 @@ the personality would.
 
 class OutOfTurnError(ValueError):
     """A move comes too late, too early, or from the wrong seat."""
+
+
+class Input(NamedTuple):
+    """Something that a seat did in a session."""
+
+    method: str
+    """`act` of the student's seat, or a method of the session."""
+    arguments: tuple[Any, ...]
+    """The arguments of the method."""
+    asked: tuple[str, ...]
+    """What the teacher was asked for before it, as methods of `TeacherTurn`."""
 
 
 class LiveLesson:
@@ -44,7 +61,6 @@ class LiveLesson:
         seed: of the episode.
         people: the seats of people.
         student: what plays the student's seat where no person has it.
-
         worlds: number of worlds by which it is measured how much each claim says; 0: it is not.
 
     Raises:
@@ -62,19 +78,21 @@ class LiveLesson:
     ) -> None:
         self.family, self.settings, self.seed, self.people = entry.family.for_lesson(settings), settings, seed, people
         self.reads = "words" if student is None else student.reads
-        self.session, self.view, (self.teacher_view,) = assemble(self.family, settings, undoable=True)
+        self.session, self.view, (self.teacher_view,) = assemble(self.family, settings)
         self._policy = None if student is None else student.seat(self.family, self.session.world)
         self._recorder = Recorder(self.family.name, self.view)
         self._recorder.measure(self.family, seed, worlds)
         if TEACHER in people and settings.speech == "message":
-            self._recorder.read(self.family, NEAR)
+            self._recorder.read(self.family, PHRASES)
         self.moves: list[tuple[str, Any]] = []
         """The seat of each move, and the move."""
         self.undone = 0
         """How many turns were taken back."""
-        if self._policy is not None:
-            self._policy.reset(Seeds(seed).stream("student"))
-        self.session.open(seed)
+        self.inputs: list[Input] = []
+        """What all seats did, in order."""
+        self._before: list[int] = []  # for each move the number of inputs before it
+        self._asked: dict[str, None] = {}  # what the teacher was asked for since the last input, in order
+        self._open()
         self._play_up_to_people()
 
     @property
@@ -87,8 +105,24 @@ class LiveLesson:
         """Why it cannot be measured how much claims say; empty if it is, or is not asked for."""
         return self._recorder.why
 
+    def claims(self) -> tuple[Claim[Any], ...]:
+        """The claims of this moment, with those that are no feedback."""
+        return self._teacher_turn("claims").claims()
+
+    def listed(self) -> list[Claim[Any]]:
+        """The claims to choose from."""
+        return self._teacher_turn("listed").listed()
+
+    def sentences(self) -> tuple[str, ...]:
+        """The words of each claim to choose from."""
+        return self._teacher_turn("sentences").sentences()
+
+    def suggestion(self) -> Utterance:
+        """What the personality would say of this moment."""
+        return self._teacher_turn("suggestion").suggestion()
+
     def weigh(self, claims: Iterable[Claim[Any]]) -> "list[Bits]":
-        """How much each claim would say now, as `Offer.claims` has them; empty if it is not measured."""
+        """How much each claim would say now; empty if it is not measured."""
         return self._recorder.weigh(claims)
 
     @property
@@ -116,11 +150,13 @@ class LiveLesson:
             raise OutOfTurnError("the episode is over; begin a new lesson to go on")
         if seat != self.to_move:
             raise OutOfTurnError("it is the turn of the other seat; wait until it has moved")
+        before = len(self.inputs)
         if seat == TEACHER:
             self._say(what)
         else:
             self._act(what if seat == STUDENT else None)
         self.moves.append((seat, what))
+        self._before.append(before)
         self._play_up_to_people()
 
     def undo(self, seat: str) -> None:
@@ -133,13 +169,21 @@ class LiveLesson:
             raise ValueError("there is no turn to take back")
         if self.moves[-1][0] != seat:
             raise ValueError("the other seat has moved since; a seat can take back the last turn only if it is its own")
-        policy, view, session = self._policy, self.view, self.session
-        if policy is not None:
-            policy.reset(Seeds(self.seed).stream("student"))
-        session.undo(seat == TEACHER, lambda: policy and policy.act(view.observe(), view.info_for(policy)))
-        self._recorder.forget(session.moment.turn + session.heard)
         self.moves.pop()
+        inputs, self.inputs = self.inputs[: self._before.pop()], []
+        self._open()
+        self.play_again(inputs)
+        self._recorder.forget(self.session.moment.turn + self.session.heard)
         self.undone += 1
+
+    def play_again(self, inputs: Iterable[Input]) -> None:
+        """Play what the seats of this lesson, or of one with the same settings and seed, did after the opening."""
+        for method, arguments, asked in inputs:
+            for name in asked:
+                getattr(self._teacher_turn(name), name)()
+            if method == "act" and self._policy is not None:
+                self._policy_action()  # it lives through the turn, and its action is that of the input
+            self._do(method, *arguments)
 
     def renderer(self, seat: str) -> EpisodeRenderer:
         """Renders the lesson as a seat may see it: with the truth, but for the student only when it is over."""
@@ -150,31 +194,55 @@ class LiveLesson:
         """Close the world."""
         self.session.world.close()
 
+    def _open(self) -> None:
+        self._asked.clear()
+        if self._policy is not None:
+            self._policy.reset(Seeds(self.seed).stream("student"))
+        self.session.open(self.seed)
+
+    def _teacher_turn(self, method: str) -> TeacherTurn:
+        """What the teacher has to say, of which a method is called now: it is kept that it was, and may have drawn."""
+        self._asked[method] = None
+        return self.teacher_view.teacher_turn
+
+    def _do(self, method: str, *arguments: Any) -> None:
+        """Have a seat do something; it is noted when the teacher has spoken."""
+        kept = Input(method, copy.deepcopy(arguments), tuple(self._asked))
+        getattr(self.view if method == "act" else self.session, method)(*arguments)
+        self._asked.clear()
+        self.inputs.append(kept)
+        if self.session.heard:
+            self._note()
+
     def _play_up_to_people(self) -> None:
         if not self.session.heard and TEACHER not in self.people:
-            self.session.speak()
-            self._note()
+            self._do("speak")
         if self.people == {TEACHER} and self.to_move == STUDENT:
             self._act(None)
 
     def _act(self, text: str | None) -> None:
         """The student's turn; None: of the policy."""
-        view, policy = self.view, self._policy
-        view.act(text if policy is None else policy.act(view.observe(), view.info_for(policy)))
+        self._do("act", text if self._policy is None else self._policy_action())
+
+    def _policy_action(self) -> Any:
+        """What the policy does now."""
+        policy, view = self._policy, self.view
+        assert policy is not None  # noqa: S101  # or a person acts
+        return policy.act(view.observe(), view.info_for(policy))
 
     def _say(self, saying: Saying) -> None:
         """The turn of a person who teaches."""
         session, speech = self.session, self.settings.speech
         if saying is None and speech != "claims":
-            session.speak()
+            self._do("speak")
         elif speech == "kinds":
-            session.say_kinds(saying)  # type: ignore[arg-type]  # which says what is allowed
+            self._do("say_kinds", saying)
         elif speech == "message":
             if not isinstance(saying, str):
                 raise ValueError("in this lesson the teacher speaks in its own words; give a text")
-            session.say(saying)
+            self._do("say", saying)
         else:
-            listed = len(self.teacher_view.offer.listed())
+            listed = len(self.listed())
             chosen: Any = range(listed) if saying is None else saying
             if not isinstance(chosen, Sequence) or any(type(i) is not int for i in chosen):
                 raise ValueError("in this lesson the teacher chooses among claims; give their numbers")
@@ -184,13 +252,14 @@ class LiveLesson:
                 )
             for i in dict.fromkeys(chosen):
                 if not session.heard:
-                    session.choose(1 + i)
+                    self._do("choose", 1 + i)
             if not session.heard:
-                session.choose(0)
-        self._note()
+                self._do("choose", 0)
 
     def _note(self) -> None:
         """Note the turn, now that the teacher has spoken."""
+        if len(self.rows) > self.session.moment.turn:  # it is played again, and known
+            return
         policy = self._policy
         answer = policy.record() if policy is not None and self.session.moment.turn else {}
         self._recorder.note(**answer)

@@ -113,7 +113,7 @@ class Recorder:
             ],
             unchecked=unchecked(feedback, [atom.text for atom, _ in atoms]) or None,
             changes=len(getattr(self._speaker, "changes", ())) or None,
-            unbuilt=sum(len(offer.unbuilt) for offer in session.offers) or None,
+            unbuilt=sum(len(each.unbuilt) for each in session.teacher_turns) or None,
             withheld=len(getattr(self._speaker, "withheld", ())) or None,
             readings=self._readings(self._reader, turn) or None if self._reader else None,
             paid=usage._asdict() if isinstance(usage, Usage) else None,
@@ -124,8 +124,8 @@ class Recorder:
     def _readings(self, reader: "ClaimReader", turn: Turn) -> list[dict[str, Any]]:
         """What was read of words that are not the voice's own, as those of a function that rewrites are not."""
         session = self._view.session
-        prepared = [offer for offer in session.offers if offer.prepared[0]]  # no other is asked: it may draw
-        reader.see(turn.moment, [claim for offer in prepared for claim in offer.claims()])
+        judged = [each for each in session.teacher_turns if each.judged]  # asking others may draw random numbers
+        reader.see(turn.moment, [claim for each in judged for claim in each.claims()])
         rewritten = isinstance(session.teacher.voice, Rewriting)
         said = [atom.text for atom in turn.atoms if atom.kind is None or not rewritten]
         return [reading_as_dict(each, self.family) for each in reader.read(without(str(turn.feedback), said))]

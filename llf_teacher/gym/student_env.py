@@ -11,7 +11,7 @@ from pz_envs.numbers import Field
 from pz_envs.settings import Settings, SettingsKeywords, takes_settings
 from pz_envs.subject import Subject
 from teachers.atoms import SILENCE, Moment
-from teachers.session import LONGEST
+from teachers.teacher_turn import LONGEST
 
 NOT_SEATED = ("speech", "teacher_numbers")
 """The settings of the teacher's seat, which has a policy."""
@@ -141,7 +141,7 @@ class StudentEnv(SeatEnv):
         info = {**self.student_view.info(), "moment": self.session.moment}
         if changes := getattr(self.teacher, "changes", ()):
             info["changes"] = changes
-        if unbuilt := self.session.offers[0].unbuilt:
+        if unbuilt := self.session.teacher_turns[0].unbuilt:
             info["unbuilt"] = unbuilt
         return info
 

@@ -35,8 +35,8 @@ def teach(
 
     Args:
         env: an environment, or a function without arguments that makes one.
-        oracle: `auto` for a teacher who plans, as far as the environment allows it; a planner of `teachers.planning`;
-            or a subclass of `teachers.oracle.Oracle`.
+        oracle: `auto` for a teacher who plans where the environment allows it, else for rewards, with a warning that
+            says what would give more; a planner of `teachers.planning`; or a subclass of `teachers.oracle.Oracle`.
         phrases: the oracle's phrases: a dict of lists by claim class or by its name, or the path of a TOML file.
         look, snapshot, success, describe, action_words, reward_range: see `worlds.wrapped.gym_world.GymWorld`.
         settings, keywords: as of `StudentEnv`.

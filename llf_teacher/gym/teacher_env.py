@@ -220,7 +220,7 @@ class TeacherEnv(SeatEnv):
             past: the moments of the episode before.
         """
         self.session.resume_from(moment, terminated, past)
-        self.teacher_view.offer.purse.spent = spent
+        self.teacher_view.teacher_turn.budget.spent = spent
         self._start, self._running = start, not done
 
     def _paid_by(self, reward: str | TeacherReward | LifetimeReward) -> str | TeacherReward:

@@ -10,7 +10,7 @@ from pz_envs.parallel_seats import ParallelSeats
 from pz_envs.seats import STUDENT, TEACHER
 from teachers.atoms import FP, HN, Claim, Moment, action_of
 from teachers.common import Late
-from teachers.session import BIT
+from teachers.feedback import BIT
 
 
 class Remark(NamedTuple):
@@ -98,7 +98,7 @@ def commented(
         cost=0.0,
         teacher_reward="student_progress",
     )
-    offer = seats.unwrapped.teacher_view.offer
+    turn = seats.unwrapped.teacher_view.teacher_turn
     world = seats.unwrapped.session.world
     env = ParallelSeats(seats, {STUDENT: parse_student(student).seat(family, world)})
     _, infos = env.reset(seed=seed)
@@ -108,17 +108,17 @@ def commented(
         notes.see(moment)
         if moment is not last:
             last, kind = moment, None
-        listed = offer.listed() if offer.purse.left else []
+        listed = turn.listed() if turn.budget.left else []
         remarks = [notes.remark(claim, moment.turn) for claim in listed]
         best, action = notes.best(remarks), 0
         if best is not None and speech == "new":
             kind = listed[best].kind if kind is None else kind
             best = next((i for i in notes.new(remarks) if listed[i].kind is kind), None)
         if best is not None:
-            alike = [i for i, claim in enumerate(listed) if claim.kind is listed[best].kind][: offer.purse.left]
+            alike = [i for i, claim in enumerate(listed) if claim.kind is listed[best].kind][: turn.budget.left]
             notes.say([remarks[i] for i in (alike if speech == "kinds" else [best])])
             action = BIT[listed[best].kind] if speech == "kinds" else 1 + best
         _, rewards, _, _, infos = env.step({TEACHER: action})
         lost -= rewards[TEACHER]
     env.close()
-    return lost / episodes, offer.purse.spent
+    return lost / episodes, turn.budget.spent

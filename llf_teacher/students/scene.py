@@ -1,11 +1,10 @@
-"""What a trait knows: a scene of an episode; and what estimates of its strength need: turns as a believer sees them."""
+"""What a trait knows of an episode: a scene, and many scenes in arrays."""
 
 import dataclasses
 from collections.abc import Sequence
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from llf_teacher.serialization import to_json
 from pz_envs.text_mode import read_text
@@ -14,7 +13,6 @@ from worlds.batches import Bools, Ints
 from worlds.batches.streams import Streams
 from worlds.world import World
 
-Floats = NDArray[np.float64]
 C = TypeVar("C", bound=Claim[Any])
 _TRIES = 30
 
@@ -134,46 +132,3 @@ class SceneBatch:
 def changed(claim: C, **fields: Any) -> C:
     """A claim with other values in some fields; one with a ground keeps none."""
     return dataclasses.replace(claim, **fields)  # type: ignore[type-var]  # claims are dataclasses
-
-
-class HeardTurn(NamedTuple):
-    """A turn of a transcript, as a believing student would see it; actions are JSON values."""
-
-    action: Any
-    """What the student did; None for a text that was no action."""
-    last: Any
-    """What it did in the turn before; None in the first turn."""
-    advised: Any
-    """What was said last of this state, else the plan's action of this turn; None if nothing was said."""
-    said: int
-    """The turn in which that was said."""
-    now: bool
-    """Whether it was said for this turn."""
-    fresh: bool
-    """Whether nothing had been said of this state before, and there is no plan."""
-    planned: bool
-    """Whether it is an action of a plan."""
-    chance: float
-    """The probability that a random action is the advised one."""
-
-    @property
-    def followed(self) -> bool:
-        """Whether the student did what was advised."""
-        return bool(self.action == self.advised)
-
-
-class Recovery(NamedTuple):
-    """Where a trait's strength shows: a student that has no other trait, and lessons."""
-
-    strength: float
-    """A strength to be found."""
-    student: str = "obedient"
-    teacher: str = "oracle"
-    instruction_type: str = "b"
-    feedback_type: str = "fp"
-
-
-def log_binomial(p: Floats, hits: int, trials: int) -> Floats:
-    """The log-likelihood of so many hits in so many trials, by the probability `p`."""
-    with np.errstate(divide="ignore"):
-        return (hits * np.log(p) if hits else 0.0) + ((trials - hits) * np.log1p(-p) if trials > hits else 0.0 * p)

@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from llf_teacher.students import traits
-from llf_teacher.students.scene import BareSentence, Floats, HeardBatch, HeardTurn, Recovery, Scene, SceneBatch
+from llf_teacher.students.scene import BareSentence, HeardBatch, Scene, SceneBatch
 from llf_teacher.students.student import TAUGHT, ModelReply, Policy, Student
 from pz_envs.subject import Subject
 from teachers.atoms import SILENCE, ActionClaim, Atom, Claim, PlanClaim, Utterance
@@ -40,10 +40,6 @@ class Trait(Spec):
     """The name of the parameter that says how strong it is."""
     absent: ClassVar[float | None] = 0.0
     """The value of that parameter with which nothing changes."""
-    strengths: ClassVar[Floats] = np.linspace(0, 1, 2001)
-    """The strengths that an estimate compares, ascending."""
-    recovery: ClassVar[Recovery | None] = None
-    """Where its strength can be estimated from transcripts; None: nowhere."""
 
     def __ror__(self, student: Student) -> "Traited":
         """The student with this trait behind those that it has: `student | trait`."""
@@ -88,13 +84,6 @@ class Trait(Spec):
     def in_arrays(cls) -> bool:
         """Whether each of its methods has its form in arrays."""
         return cls is not Trait and all(fits(cls, name, f"{name}_rows") for name in ("hear", "forgets", "act"))
-
-    def log_likelihood(self, strengths: Floats, steps: Sequence[HeardTurn]) -> Floats:
-        """The log-likelihood of an episode by the trait's strength, shape (strengths,).
-
-        The student without the trait does what it was told last of a state, or what the plan says, else acts at random.
-        """
-        raise NotImplementedError(f"the trait {self} has no likelihood, so that its strength cannot be estimated")
 
 
 class _Policy(Policy["Traited"]):

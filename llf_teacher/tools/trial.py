@@ -15,11 +15,12 @@ from llf_teacher.registry import types_of
 from llf_teacher.students.parsing import parse_student
 from pz_envs.frames import format_action
 from pz_envs.lesson import limits_of
-from pz_envs.registered import REWARDS, Registered
+from pz_envs.registered import Registered
 from pz_envs.settings import Settings
 from pz_envs.subject import Subject
 from teachers.planning import Planned, PlanningError, parse_planner, survey
 from teachers.planning.known import Known, known, words_of
+from teachers.planning.planner import REWARDS, RewardsOnlyWarning
 from teachers.words import coded_words
 from worlds.actions import describe_space
 from worlds.wrapped.gym_world import check_complete, faithful
@@ -62,16 +63,11 @@ def facts(subject: Registered, **options: Any) -> Iterator[Line]:
             yield Line(tier, said.why if said.size in said.why else f"{said.why}; {said.size}", True)
     if own.unlike:
         yield Line("rules", own.unlike, False)
-    if plan is not None:
-        try:
-            subjects = subject.for_lesson(Settings(options={"oracle": plan.tier, **options}))
-        except PlanningError as error:  # of bounds in seconds, where the machine is busier than before
-            yield Line(plan.tier, f"not again: {error}", False)
-            plan = None
     if plan is None:
         yield Line("rewards", f"with oracle={REWARDS!r} what was paid is said in words")
         return
-    instructions, kinds = map(coded_words, types_of(subjects))
+    lesson = subject.for_lesson(Settings(options={"oracle": plan.tier, **options}))
+    instructions, kinds = map(coded_words, types_of(lesson))
     yield Line("teacher", f"instructions {instructions}; feedback {kinds}; {subject.turns(**options):,} turns")
     yield Line("objective", plan.objective)
     yield Line("actions", ", ".join(plan.action_words) or ", ".join(words_of(env, own)) or "numbers")
@@ -113,7 +109,9 @@ def trial(subject: Registered, options: Mapping[str, Any], seed: int = 0) -> Ite
             yield Line("replay", f"the same seed and actions give {'the same' if again else 'another'} episode", again)
     yield from facts(subject, **options)
     try:
-        lesson = subject.for_lesson(Settings(options=options))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RewardsOnlyWarning)  # the reasons are said already
+            lesson = subject.for_lesson(Settings(options=options))
     except PlanningError:
         lesson = subject.for_lesson(Settings(options={**own, "oracle": REWARDS}))
     yield from _episode(lesson, seed)
@@ -167,7 +165,7 @@ def _missing(plan: Planned | None, counted: bool, limited: bool) -> Iterator[Lin
         counted: whether actions are numbered, so that each can have a word.
         limited: whether the environment has a limit of turns.
     """
-    if plan is None:
+    if plan is None or plan.tier == REWARDS:
         yield Line("missing", "a teacher who plans: what each tier lacks is said above; or an oracle of your own")
     elif plan.privileged is None:
         yield Line("missing", "whether the teacher plans from more than observations show: compare its state with them")

@@ -34,7 +34,7 @@ class Plan(NamedTuple):
     seat: str
     """The seat of its maker: `STUDENT`, `TEACHER` or `WATCHER`."""
     two: bool
-    """Whether another person has the other seat."""
+    """Whether a person has the other seat, too."""
     student: str
     """The student's spec, where no person has its seat."""
     settings: Settings
@@ -57,8 +57,8 @@ class Plan(NamedTuple):
             return frozenset()
         return frozenset((STUDENT, TEACHER) if self.two else (self.seat,))
 
-    def spec(self, codes: Mapping[str, str]) -> EpisodeSpec:
-        """The spec of the episode in a study; `codes` are the participants', by their seats.
+    def spec(self) -> EpisodeSpec:
+        """The spec of the episode in a study.
 
         Raises:
             ValueError: one error that lists everything that is not allowed.
@@ -66,10 +66,9 @@ class Plan(NamedTuple):
         settings, student = self.settings, self.student
         teacher: Any = settings.teacher
         if TEACHER in self.people:
-            teacher = teacher_spec(PersonTeaching(codes.get(TEACHER, ""), settings.speech, teacher))
+            teacher = teacher_spec(PersonTeaching(settings.speech, teacher))
         if STUDENT in self.people:
-            code = codes.get(STUDENT, "")
-            student = "llf_teacher.people:PersonLearning" + (f"(code={code!r})" if code else "")
+            student = "llf_teacher.people:PersonLearning"
         study = Study(
             ids=(self.id,),
             teachers=(teacher,),
@@ -134,7 +133,7 @@ def read_plan(given: Mapping[str, Any], ids: Collection[str] = ()) -> Plan:
     if plan.settings.max_turns is None:
         max_turns = entry(plan.id).family.max_turns
         plan = plan._replace(settings=replace(plan.settings, max_turns=max_turns))
-    spec = plan.spec({})
+    spec = plan.spec()
     return plan._replace(id=spec.id, settings=replace(plan.settings, feedback_type=spec.feedback_type))
 
 

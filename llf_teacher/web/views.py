@@ -14,7 +14,7 @@ from llf_teacher.escaping import escape_control_chars
 from llf_teacher.theme import prepare_turns
 from llf_teacher.theme.turns import bits_words, read_sentence
 from llf_teacher.web.lesson import PlannedLesson
-from llf_teacher.web.open_lessons import NAMES, OpenLesson, OpenLessons
+from llf_teacher.web.open_lessons import NAMES, OpenLesson
 from pz_envs.seats import STUDENT, TEACHER
 from teachers.atoms import FeedbackType, Label
 from teachers.words import VERDICTS, VerdictWord
@@ -22,26 +22,22 @@ from teachers.words import VERDICTS, VerdictWord
 _MANY_WORDS = 24  # of a world, or numbers of its actions, for each of which there is a button
 
 
-def state(
-    lessons: OpenLessons, opened: OpenLesson, seat: str, pages: jinja2.Environment, since: str = ""
-) -> dict[str, Any]:
+def state(opened: OpenLesson, seat: str, pages: jinja2.Environment, since: str = "") -> dict[str, Any]:
     """The lesson as a seat may see it.
 
     Args:
-        lessons: all open lessons.
         opened: the lesson.
         seat: the seat.
         pages: the templates, with the macro of a turn.
         since: the `mark` of an earlier state, whose turns are left out; empty: none are.
     """
-    lesson, terms = opened.lesson, lessons.terms
+    lesson = opened.lesson
     renderer = lesson.renderer(seat)
     checked = seat != STUDENT or lesson.over
     epoch, _, known = since.partition(".")
     now = f"{lesson.undone}{'c' if checked else 'p'}"
     first = min(int(known), len(lesson.rows)) if epoch == now and known.isdecimal() else 0
-    away = sorted(lesson.plan.people - opened.codes.keys())
-    mine = lesson.to_move == seat and not away
+    mine = lesson.to_move == seat
     moment = lesson.session.moment
     _, (did, _), *world = renderer.text(lesson.view.description())
     last = lesson.rows[-1].atoms if lesson.rows and renderer.heard and checked else []
@@ -59,11 +55,7 @@ def state(
         "success": moment.success,
         "over": lesson.over,
         "mine": mine,
-        "waits": "" if mine or lesson.over else NAMES.get(away[0] if away else lesson.to_move, ""),
-        "join": seat in away,
-        "consent": terms.consent,
-        "codes": terms.codes,
-        "kept": opened.kept,
+        "waits": "" if mine or lesson.over else NAMES.get(lesson.to_move, ""),
         "now": escape_control_chars("".join(piece for piece, _ in world)),
         "did": escape_control_chars(did.strip()),
         "said": [
@@ -76,7 +68,7 @@ def state(
         + own,
         "heard": renderer.heard,
         "unmeasured": lesson.unmeasured if checked else "",
-        "undo": terms.undo and not opened.kept and bool(lesson.moves) and lesson.moves[-1][0] == seat,
+        "undo": bool(lesson.moves) and lesson.moves[-1][0] == seat,
         **(_to_teach(lesson, pages) if seat == TEACHER and mine else {}),
         **(_to_learn(lesson) if seat == STUDENT else {}),
     }
@@ -122,14 +114,14 @@ def _own_words(lesson: PlannedLesson, pages: jinja2.Environment) -> list[dict[st
 
 def _to_teach(lesson: PlannedLesson, pages: jinja2.Environment) -> dict[str, Any]:
     """The choices of a person that teaches."""
-    offer = lesson.teacher_view.offer
     if lesson.settings.speech == "message":
-        return {"suggestion": escape_control_chars(offer.suggestion()), "understood": _own_words(lesson, pages)}
-    measured = lesson.weigh(offer.listed())
+        return {"suggestion": escape_control_chars(lesson.suggestion()), "understood": _own_words(lesson, pages)}
+    listed = lesson.listed()
+    measured = lesson.weigh(listed)
     return {
         "claims": [
             _sentence(pages, claim.kind, sentence, bits=bits.described if bits else None)
-            for claim, sentence, bits in zip_longest(offer.listed(), offer.sentences(), measured)
+            for claim, sentence, bits in zip_longest(listed, lesson.sentences(), measured)
         ]
     }
 
@@ -160,6 +152,6 @@ def picture(lesson: PlannedLesson, seat: str, theme: str) -> bytes:
 
 
 def links(opened: OpenLesson, seat: str) -> dict[str, str]:
-    """The secrets of the seats for other people, by the names of the seats."""
+    """The addresses of the other seats that a person has, by the names of the seats."""
     shares = opened.lesson.plan.seat == seat and seat != WATCHER
-    return {NAMES[other]: token for other, token in opened.tokens.items() if other != seat and shares}
+    return {NAMES[other]: f"/seat/{token}" for other, token in opened.tokens.items() if other != seat and shares}

@@ -16,9 +16,10 @@ from pz_envs.settings import Settings, check_flags
 from pz_envs.subject import Seating, Subject
 from pz_envs.teacher_view import CHOICES, CLAIM_COLUMNS, LEGAL, SUBSET_BITS, mask_space, words_space
 from teachers.atoms import KINDS, SILENCE, Moment
+from teachers.budget import Budget
 from teachers.seeds import Seeds
-from teachers.session import CLAIMS, LONGEST, Purse
 from teachers.spec import check_cost, is_count
+from teachers.teacher_turn import CLAIMS, LONGEST
 from worlds.pictures.canvas import Frame
 from worlds.spaces import Prose
 
@@ -55,7 +56,7 @@ class ClassroomEnv(SeatsEnv):
             `reward_range`; importance of its next action, 0 to the oracle's `max_importance`; 1 if its episode is
             over, else 0; 1 until it leaves, else 0; 1 if it was addressed in this round, else 0;
             `available`, MultiBinary (n, 5): the kinds of which there is a claim for it, in the order r, hp, hn, fp, fn;
-            `purse`, Box (2,) float32: share of the round's attention and share of the budget that are left, 0 to 1;
+            `remaining`, Box (2,) float32: share of the round's attention and share of the budget that are left, 0 to 1;
             `action_mask`, int8 (1 + 31 n,);
             `asking`, MultiBinary (n,), only with `ask_cost`: the student that asks.
         Action: Discrete(1 + 31 n). 0: nobody; `address(i, subset)` = 31 i + subset: to student i the claims of a subset
@@ -83,7 +84,7 @@ class ClassroomEnv(SeatsEnv):
     Without a seed the streams go on.
 
     Args:
-        lessons: the parts of one session per student, with equal settings and one purse.
+        lessons: the parts of one session per student, with equal settings and one budget.
         settings: of each session.
         name: its first label.
         attention: students that the teacher can address in a round, 1 to their number.
@@ -118,7 +119,7 @@ class ClassroomEnv(SeatsEnv):
         """The view of each student."""
         self.teacher_views = tuple(parts.teacher_views[0] for parts in lessons)
         """The teacher's view of each student's session."""
-        self.purse, self.max_turns = self.teacher_views[0].offer.purse, self.sessions[0].max_turns
+        self.budget, self.max_turns = self.teacher_views[0].teacher_turn.budget, self.sessions[0].max_turns
         self._choices: int = CHOICES.get(settings.speech, 2) - 1  # actions for one student
         self.attention, self.attention_cost, self.same_world = attention, attention_cost, same_world
         self.students = tuple(f"{STUDENT[:-1]}{i}" for i in range(count))
@@ -203,7 +204,7 @@ class ClassroomEnv(SeatsEnv):
         observation = {
             "students": rows.copy(),
             "available": true.copy(),
-            "purse": np.array((self._left / self.attention, self.purse.share), np.float32),
+            "remaining": np.array((self._left / self.attention, self.budget.share), np.float32),
             "action_mask": mask.copy() if speaks else np.eye(1, len(mask), dtype=np.int8)[0],  # nobody
         }
         if self.speech == "claims":
@@ -319,7 +320,7 @@ class ClassroomEnv(SeatsEnv):
         reward = teacher.act(said)
         if not session.heard:  # one claim a turn
             session.choose(0)
-        self._trimmed = teacher.offer.trimmed if self.speech == "kinds" else self._trimmed
+        self._trimmed = teacher.teacher_turn.trimmed if self.speech == "kinds" else self._trimmed
         return reward
 
     def _end_turn(self, i: int) -> None:
@@ -359,7 +360,7 @@ class ClassroomEnv(SeatsEnv):
             rows, true, mask = self._rows
             rows[i, _ATTENDED] = 1
             mask[1 + self._choices * i : 1 + self._choices * (i + 1)] = 0
-            if not self.purse.left:
+            if not self.budget.left:
                 true[:] = 0
                 mask[1:] = 0
         return reward
@@ -401,10 +402,10 @@ class ClassroomEnv(SeatsEnv):
         present = set(self._class)
         nothing = np.zeros(self._choices, np.int8)
         for i, teacher in enumerate(self.teacher_views):
-            turn, reward, importance, _, over = teacher.offer.features(teacher.offer.moment)
+            turn, reward, importance, _, over = teacher.teacher_turn.features(teacher.teacher_turn.moment)
             here = i in present
             heard = here and i not in self._unheard
-            available = teacher.offer.available() if here else 0
+            available = teacher.teacher_turn.available() if here else 0
             rows.append((turn, reward, 0.0 if over else importance, over, here, heard))
             true.append(available)
             mute = not here or (heard if self._asking is None else i != self._asking)
@@ -431,7 +432,7 @@ class ClassroomEnv(SeatsEnv):
             {
                 "students": spaces.Box(np.tile(low[keep], (count, 1)), np.tile(high[keep], (count, 1))),
                 "available": spaces.MultiBinary((count, len(KINDS))),
-                "purse": spaces.Box(0, 1, (2,), np.float32),
+                "remaining": spaces.Box(0, 1, (2,), np.float32),
                 "action_mask": mask_space(1 + self._choices * count),
                 **more,
             }
@@ -474,9 +475,9 @@ class Classroom(Seating):
         """
         if not is_count(students, MOST):
             raise ValueError(f"students must be an integer from 1 to {MOST}, got {students!r}")
-        purse = Purse(settings.cost, settings.budget)
+        budget = Budget(settings.cost, settings.budget)
         return ClassroomEnv(
-            [assemble(subject, settings, purse=purse, instructs=True) for _ in range(students)],
+            [assemble(subject, settings, budget=budget, instructs=True) for _ in range(students)],
             settings,
             subject.name,
             attention=attention,

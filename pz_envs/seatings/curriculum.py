@@ -17,7 +17,7 @@ from pz_envs.seats import STUDENT, SeatsEnv
 from pz_envs.settings import Settings
 from pz_envs.subject import Seating, Subject
 from teachers.atoms import Moment
-from teachers.session import Purse
+from teachers.budget import Budget
 from teachers.spec import is_count
 
 __all__ = ["CURRICULUM", "SEATING", "Curriculum", "CurriculumEnv", "CurriculumTask"]
@@ -281,13 +281,13 @@ class Curriculum(Seating):
             raise ValueError(
                 f"lessons must be an integer of at least 1 and tests of at least 0, got {lessons!r} and {tests!r}"
             )
-        purse, made = Purse(settings.cost, settings.budget), dict[str, TutoringEnv]()
+        budget, made = Budget(settings.cost, settings.budget), dict[str, TutoringEnv]()
 
         def room(options: Mapping[str, Any]) -> TutoringEnv:
             key = repr(sorted(options.items()))
             if key not in made:
                 own = replace(settings, options={**settings.options, **options})
-                made[key] = TutoringEnv(assemble(subject, own, purse=purse), own, subject.name)
+                made[key] = TutoringEnv(assemble(subject, own, budget=budget), own, subject.name)
             return made[key]
 
         if tasks is None:

@@ -16,8 +16,8 @@ from pz_envs.settings import Settings
 from pz_envs.subject import Seating, Subject
 from teachers.atoms import KINDS, SILENCE
 from teachers.personality import Personality
-from teachers.session import LONGEST
 from teachers.teacher import Teacher
+from teachers.teacher_turn import LONGEST
 from worlds.spaces import Prose
 
 __all__ = ["MOST", "SEATING", "Panel", "PanelEnv", "check_teachers"]
@@ -145,7 +145,7 @@ class PanelEnv(OneSessionEnv):
         return f"{super().as_text()}\n{words}"
 
     def _describe_seats(self) -> str:
-        return f"{[offer.teacher for offer in self.session.offers]}"
+        return f"{[each.teacher for each in self.session.teacher_turns]}"
 
     def _act(self, agent: str, action: Any) -> None:
         if agent == STUDENT:
@@ -158,11 +158,11 @@ class PanelEnv(OneSessionEnv):
         view = self.teacher_views[agent]
         self._pay_all(agent, {agent: view.act(action)})
         if self.speech == "kinds":
-            self.infos[agent] = {**self.infos[agent], "trimmed": view.offer.trimmed}
+            self.infos[agent] = {**self.infos[agent], "trimmed": view.teacher_turn.trimmed}
         if self.session.heard:
-            self._said = {teacher: view.offer.said or SILENCE for teacher, view in self.teacher_views.items()}
+            self._said = {teacher: view.teacher_turn.said or SILENCE for teacher, view in self.teacher_views.items()}
             self._select_student()
-        elif view.offer.said is not None:
+        elif view.teacher_turn.said is not None:
             self.agent_selection = self._waiting.pop(0)
 
     def _begin_round(self) -> None:

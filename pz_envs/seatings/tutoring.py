@@ -107,8 +107,8 @@ class TutoringEnv(OneSessionEnv):
             cost = self.teacher_view.act(action)
             self.rewards = {TEACHER: cost, STUDENT: 0.0}
             self._cumulative_rewards[TEACHER] = 0.0 + cost
-            if self.speech == "kinds" and self.teacher_view.offer.trimmed != self.infos[TEACHER]["trimmed"]:
-                self.infos[TEACHER] = {**self.infos[TEACHER], "trimmed": self.teacher_view.offer.trimmed}
+            if self.speech == "kinds" and self.teacher_view.teacher_turn.trimmed != self.infos[TEACHER]["trimmed"]:
+                self.infos[TEACHER] = {**self.infos[TEACHER], "trimmed": self.teacher_view.teacher_turn.trimmed}
             if self.session.heard:
                 self._select_student()
 

@@ -5,21 +5,29 @@ import random
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any, SupportsFloat
 
 import gymnasium
 import numpy as np
 
 from teachers.oracle import Oracle
+from teachers.phrasebook import Phrases
 from worlds.wrapped.position import same, still
 
 _Env = gymnasium.Env[Any, Any]
 _TRIAL = 20  # steps
 
 
+REWARDS = "rewards"
+"""The tier of a teacher who says what was paid, and no more."""
+
+
 class PlanningError(ValueError):
     """Raised by a planner that cannot serve an environment; it says why, and what would help."""
+
+
+class RewardsOnlyWarning(UserWarning):
+    """No tier of planning serves an environment, so that its teacher says what was paid, and no more."""
 
 
 @dataclass(frozen=True)
@@ -27,12 +35,12 @@ class Planned:
     """What makes an environment a lesson."""
 
     tier: str
-    """How much is known: a name of `teachers.planning.TIERS`."""
+    """How much is known: a name of `teachers.planning.TIERS`, or `rewards`."""
     why: str
     """What the tier rests on, for people."""
     oracle: type[Oracle[Any, Any]]
-    phrases: Path
-    """The file of the oracle's phrases."""
+    phrases: Phrases
+    """The oracle's phrases, or the path of their file."""
     look: Callable[[_Env], Any] | None
     """Reads the key of the current state, hashable, which truths show as `seen`; None: these show the observation."""
     model: Any
@@ -52,7 +60,7 @@ class Planned:
     objective: str = ""
     """What values are of, for people; lessons have it in the info of a reset."""
     size: str = ""
-    """How much is planned, for people: so many states, steps of a search, or roll-outs with their greatest length."""
+    """How much is planned, for people: so many states, or roll-outs with their greatest length."""
     refused: Mapping[str, str] = field(default_factory=dict)
     """Why higher tiers do not serve, by their names."""
 

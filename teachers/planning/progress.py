@@ -22,14 +22,9 @@ class ProgressBar:
         self._what, self._unit, self._begun = what, unit, time.monotonic()
         self._bar: Any = None
 
-    @property
-    def seconds(self) -> float:
-        """The time since it began."""
-        return time.monotonic() - self._begun
-
     def show(self, done: int, found: int) -> None:
         """Show the numbers, which may both grow."""
-        if self._bar is None and sys.stderr.isatty() and self.seconds > _PATIENCE:
+        if self._bar is None and sys.stderr.isatty() and time.monotonic() - self._begun > _PATIENCE:
             from rich.progress import BarColumn, Progress, TextColumn
 
             what = TextColumn("{task.description}", markup=False)

@@ -52,7 +52,7 @@ class Pupil:
         while played < self.turns:
             yield session.open(int(rng.integers(2**31)))
             for turn in range(1, self.max_turns + 1):
-                claims = session.offers[0].claims() if habit else ()
+                claims = session.teacher_turns[0].claims() if habit else ()
                 listed = session.info.get(world.actions_key, ()) if habit else ()
                 action = policy.act(Seen(lab, session.moment, claims, listed, rng))
                 if isinstance(action, Unread):

@@ -11,7 +11,6 @@ from llf_teacher.episodes.record import as_dict
 from llf_teacher.gym import StudentEnv
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies import Study, run
-from llf_teacher.tools.hedges import measured, plot, table_of
 from teachers.atoms import Atom, HedgedClaim, Label, unhedged
 from teachers.common import Late, Probably, hedge
 from teachers.oracles.gridworld.claims import Go
@@ -136,13 +135,3 @@ def test_films_and_pages_say_that_a_hedge_is_one():
     renderer = env.student_view.renderer
     assert {str(VERDICTS[each.verdict]) for each in renderer.sentences if each.kind is not None} == {"~ hedged"}
     assert env.render().shape == (480, 640, 3)
-
-
-def test_hedges_are_measured_in_many_worlds_and_drawn(tmp_path):
-    found = {"bandits": measured(FAMILIES["bandits"], "partial(worlds=8)", worlds=4, turns=3)}
-    assert found["bandits"].sentences > len(found["bandits"].episodes) == 4
-    assert sum(line.startswith("| bandits |") for line in table_of(found).splitlines()) == 1 + len(
-        found["bandits"].bins
-    )
-    plot(found, str(tmp_path / "hedges.png"))
-    assert (tmp_path / "hedges.png").read_bytes().startswith(b"\x89PNG")

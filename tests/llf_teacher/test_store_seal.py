@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from commands import llf, llf_apart
 from design import amount
-from studying import rows, small, stored
+from studying import rows, small
 
 from llf_teacher.studies import load
 from llf_teacher.studies.definition.study import Study, load_study, quickstart
@@ -253,23 +253,6 @@ def test_a_recalled_study_is_the_study(study):
     recalled = Study.recalled({"study": study.as_dict()})
     assert recalled == study
     assert list(recalled.episodes()) == list(study.episodes())
-
-
-def test_a_store_of_the_schema_before_is_migrated(tmp_path):
-    path = stored(tmp_path / "new.db", small(seeds=1))
-    with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as db:
-        db.executescript(
-            "DROP VIEW episode; DROP TABLE seal; DROP TABLE definition; ALTER TABLE result DROP COLUMN revision;"
-            "ALTER TABLE manifest DROP COLUMN digest; PRAGMA user_version = 4;"
-            "INSERT INTO manifest VALUES ('platform', '\"here\"');"
-            "CREATE VIEW episode AS SELECT lower(hex(key)) AS key, * FROM result JOIN setting USING (setting);"
-        )
-    result = llf("study", "migrate", path, tmp_path / "newer.db")
-    assert result.returncode == 0, result.stderr
-    assert rows(tmp_path / "newer.db") == rows(stored(tmp_path / "again.db", small(seeds=1)))
-    assert llf("study", "check", tmp_path / "newer.db").returncode == 0
-    with load(tmp_path / "newer.db") as results:
-        assert results.manifest == {"platform": "here"}
 
 
 OWN = """

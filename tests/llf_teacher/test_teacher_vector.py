@@ -27,7 +27,8 @@ from llf_teacher.students.traits.stubborn import Stubborn
 from pz_envs.family import all_families
 from pz_envs.rewards import TEACHER_REWARDS
 from teachers.atoms import KINDS
-from teachers.session import SUBSETS, within
+from teachers.budget import within
+from teachers.feedback import SUBSETS
 from worlds.testing import plain
 
 TABULAR = [

@@ -184,7 +184,7 @@ def test_a_class_where_one_asks():
     assert observation["asking"].tolist() == [0, 1, 0]
     assert np.flatnonzero(observation["action_mask"]).tolist() == [0, *(env.address(1, k) for k in (8, 16, 24))]
     env.step(env.address(1, 8))
-    assert env.rewards[TEACHER] == pytest.approx(-env.attention_cost - env.purse.cost)
+    assert env.rewards[TEACHER] == pytest.approx(-env.attention_cost - env.budget.cost)
     assert [atom.kind for atom in env.observe("student_1")["feedback"].atoms] == [FP]
     assert env.agent_selection == "student_1"
     env.step(0)

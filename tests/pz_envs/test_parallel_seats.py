@@ -11,7 +11,7 @@ from llf_teacher.students.parsing import parse_student
 from pz_envs.family import all_families
 from pz_envs.parallel_seats import ParallelSeats
 from pz_envs.seats import STUDENT, TEACHER
-from teachers.session import SUBSETS
+from teachers.feedback import SUBSETS
 from worlds.testing import plain
 
 FAMILIES = {family.name: family for family in all_families()}

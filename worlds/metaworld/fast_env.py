@@ -1,7 +1,7 @@
 """metaworld's environments with faster low-level steps, whose results are the same to the last bit.
 
 Each override says what it buys: the share by which a turn takes longer without it, measured with a student's random
-actions in tasks with and without a grasp.
+actions in tasks with and without a grasp. Together they save two to four fifths of the time of a taught turn.
 """
 
 import math

@@ -45,7 +45,7 @@ class Movies(World[Truth, dict[str, Any], str]):
     terminates.
 
     Args:
-        catalogue: path of a catalogue made by `catalogue.importing.import_catalogue`; None: the shipped one.
+        catalogue: path of an SQLite file that `catalogue.write` has filled; None: the shipped one.
         max_items: number of titles, from the first on, that feedback treats individually, 0 to 100; it only counts
             the others. None: all. The reward counts all titles.
         town: number of a town, at least 0, whose user leaves the same wish out of each request; None: any wish.

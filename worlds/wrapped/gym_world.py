@@ -237,12 +237,6 @@ class GymWorld(World[Position, Any, Any]):
         if self._env is not None:
             self._env.close()
 
-    def lend(self) -> _Env:
-        """The environment in the current state, which the caller may step; the world finds its way back by itself."""
-        env = self._synchronized()
-        self._seen, self._at = self.truth.seen, _NOWHERE
-        return env
-
     def _load(self, truth: Position) -> None:
         """Go to a position; the environment is synchronized at its next use."""
         self._episode, self._turn, self._seen = truth.episode, truth.turn, truth.seen

@@ -10,7 +10,7 @@ from llf_teacher.students.scene import HeardBatch
 from pz_envs.teacher_view import SUBSET_BITS
 from teachers.atoms import HN, HP, KINDS
 from teachers.batches import Said
-from teachers.session import BIT
+from teachers.feedback import BIT
 from worlds.batches import Bools, Floats, Ints, Rows, without
 
 

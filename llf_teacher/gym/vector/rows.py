@@ -21,8 +21,7 @@ from pz_envs.window import FPS
 from teachers.atoms import Moment
 from teachers.batches import Moments, Said
 from teachers.batches.teacher import TeacherBatch
-from teachers.feedback import MIXED, parse_kinds
-from teachers.session import BIT
+from teachers.feedback import BIT, MIXED, parse_kinds
 from teachers.spec import is_count, unknown
 from worlds.batches import ALL, Bools, Floats, Ints, Rows, merged
 from worlds.batches.streams import Streams

@@ -15,7 +15,7 @@ from pz_envs.settings import FIELDS, Settings, SettingsKeywords, takes_settings
 from pz_envs.teacher_view import SUBSET_BITS
 from teachers.atoms import FN, FP, KINDS, R, Utterance
 from teachers.batches import Said
-from teachers.session import BIT
+from teachers.feedback import BIT
 from worlds.batches import Bools, Floats, Ints, Rows
 
 _TEACHER = ("teacher", "feedback_type", "instruction_type", "voice", "paraphrase")

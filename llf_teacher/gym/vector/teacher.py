@@ -22,8 +22,8 @@ from pz_envs.settings import FIELDS, Settings, SettingsKeywords, check_flags, ta
 from pz_envs.teacher_view import LEGAL, SUBSET_BITS
 from teachers.atoms import FP
 from teachers.batches import Moments
+from teachers.feedback import BIT
 from teachers.seeds import Seeds
-from teachers.session import BIT
 from teachers.spec import is_count, unknown
 from worlds.batches import Bools, Floats, Ints, Rows, merged
 from worlds.batches.streams import Streams

@@ -13,7 +13,7 @@ from llf_teacher.students.learner import Learner, LearnerPolicy
 from llf_teacher.students.scene import HeardBatch
 from llf_teacher.students.student import Policy, Student
 from teachers.atoms import FN, FP
-from teachers.session import BIT
+from teachers.feedback import BIT
 from worlds.batches import Bools, Floats, Ints, Rows
 from worlds.batches.streams import Streams
 

@@ -12,7 +12,7 @@ from llf_teacher.students.evaluated import Evaluated, EvaluatedPolicy
 from llf_teacher.students.scene import HeardBatch
 from llf_teacher.students.student import Policy
 from teachers.atoms import HN, HP
-from teachers.session import BIT
+from teachers.feedback import BIT
 from worlds.batches import Bools, Floats, Ints, most
 
 

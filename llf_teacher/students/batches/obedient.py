@@ -11,7 +11,7 @@ from llf_teacher.students.builtin.obedient import Obedient
 from llf_teacher.students.scene import HeardBatch
 from llf_teacher.students.student import Policy
 from teachers.atoms import FN, FP, HN, HP
-from teachers.session import BIT
+from teachers.feedback import BIT
 from worlds.batches import Bools, Floats, Ints, without
 
 _OWN, _ADVISED = 0, 1

@@ -1,6 +1,5 @@
 """mishears(p): hears another claim than was said."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -8,19 +7,15 @@ import numpy as np
 
 from llf_teacher.students.scene import (
     BareSentence,
-    Floats,
     HeardBatch,
-    HeardTurn,
-    Recovery,
     Scene,
     SceneBatch,
     changed,
-    log_binomial,
 )
 from llf_teacher.students.trait import Trait
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Atom, Claim, EditClaim, PlanClaim, R, Verdict
 from teachers.common import Right, Wrong
-from teachers.session import BIT
+from teachers.feedback import BIT
 from teachers.spec import Share
 
 
@@ -38,7 +33,6 @@ class Mishears(Trait):
     p: Share = 0.1
     """The probability, independent for each claim, 0 to 1; 0: never."""
     strength = "p"
-    recovery = Recovery(0.2)
 
     def hear(self, atom: Atom, scene: Scene) -> Claim[Any] | None:
         """The claim, or what is heard in its place."""
@@ -70,8 +64,3 @@ class Mishears(Trait):
             kinds = kinds - BIT[kind] * (wrong & (other < 0))
             named.append(np.where(wrong, other, action))
         return HeardBatch(kinds, *named)
-
-    def log_likelihood(self, strengths: Floats, steps: Sequence[HeardTurn]) -> Floats:
-        """Of departures from advice for the turn."""
-        told = [step for step in steps if step.now]
-        return log_binomial(strengths, sum(not step.followed for step in told), len(told))

@@ -1,7 +1,7 @@
 """Statistics of studies: estimates with intervals, and tests. The seed is the unit of replication.
 
 Intervals of means are Student's t (1908), and are left out for data for which they cover too seldom: `no_interval` has
-the rule, `llf dev calibration` measures it, and docs/statistics.md has its tables. Intervals of rates are exact
+the rule, and docs/internals.md has the measured coverage. Intervals of rates are exact
 (Clopper & Pearson 1934), by `scipy.stats.binomtest`. p-values are those of sign-flip tests (Fisher 1935), by
 `llf_teacher.studies.analysis.resampling`, whose generators have fixed seeds.
 """

@@ -23,7 +23,7 @@ from llf_teacher.episodes.failure import Failure
 from llf_teacher.episodes.record import EpisodeRow, EpisodeSpec, Record, pack_turns, unpack_regrets, unpack_turns
 from llf_teacher.studies.store import files
 
-SCHEMA_VERSION = 7
+SCHEMA_VERSION = 8
 _APPLICATION_ID = 0x4C4C4654  # "LLFT"
 _TYPES = {
     str: "TEXT NOT NULL",
@@ -123,8 +123,8 @@ class Store:
             raise StoreError(f"{self.path} is another kind of database; give another file by --store")
         if schema and version != SCHEMA_VERSION:
             raise StoreError(
-                f"{self.path} has schema version {version}, this release reads version {SCHEMA_VERSION}; give another "
-                "file by --store, convert it by `llf study migrate`, or use the release that wrote it"
+                f"{self.path} is a store of schema version {version}, and must be of version {SCHEMA_VERSION}; give "
+                "another file by --store, and play the study again"
             )
         if not schema and read_only:
             raise StoreError(f"{self.path} is empty; give a store that `llf study run` made")

@@ -52,7 +52,7 @@ def connect(path: Path, *, read_only: bool = False) -> sqlite3.Connection:
 
 @contextlib.contextmanager
 def reading(path: Path) -> Iterator[sqlite3.Connection]:
-    """A connection to a store of any schema version, which is closed at the end and cannot write."""
+    """A connection that is closed at the end and cannot write."""
     with contextlib.closing(connect(path, read_only=True)) as db:
         yield db
 

@@ -13,7 +13,6 @@ import numpy as np
 from teachers.atoms import FN, FP, Claim, FeedbackType, Moment, fast_constructor
 from teachers.common import Syntax
 from teachers.oracle import Oracle
-from teachers.planning.contents import certain_contents, check_recurs, check_wrappers
 from teachers.planning.exact.atlas import Atlas
 from teachers.planning.exact.claims import (
     Avoid,
@@ -32,16 +31,18 @@ from teachers.planning.exact.claims import (
     route,
     used,
 )
-from teachers.planning.exact.exploring import Start, explore, explored
+from teachers.planning.exact.exploring import Start, explore
 from teachers.planning.exact.tables import UnlistedError, table_of
 from teachers.planning.exact.worths import NOTHING, Lost, Worth, Worths
 from teachers.planning.known import Known, State, known, words_of
 from teachers.planning.planner import Planned, Planner, PlanningError, check_own_draws, check_steps, why_unlike
+from teachers.planning.state_key import check_recurs, check_wrappers, state_key
 from teachers.planning.transitions import Transitions
 from teachers.planning.visible import privileged
 from teachers.spec import is_count
+from worlds.wrapped.generators import sealed
 from worlds.wrapped.gym_world import GymWorld, Position, faithful
-from worlds.wrapped.snapshots import copied, sealed, time_limits
+from worlds.wrapped.layers import copied, time_limits
 
 _Env = gymnasium.Env[Any, Any]
 _TRIES = 3  # of actions before the episode
@@ -65,21 +66,20 @@ class Exact(Planner):
             time. None: `teachers.planning.known` has it, or the environment's `get_state()`, or else all its attributes
             but those of its random generator.
         states: the most states to explore.
-        seconds: the longest time to explore in.
+        steps: the most steps to explore in. Steps that draw random numbers are tried some 300 times each.
     """
 
     gamma: float | None = None
     state: State | None = None
     states: int = 5_000
-    seconds: float = 30.0
+    steps: int = 300_000
 
     def __post_init__(self) -> None:
         if self.gamma is not None and not 0 <= self.gamma < 1:
             raise ValueError(f"gamma must be None or a number from 0 to below 1, got {self.gamma!r}")
-        if not is_count(self.states):
-            raise ValueError(f"states must be an integer of at least 1, got {self.states!r}")
-        if isinstance(self.seconds, bool) or not isinstance(self.seconds, int | float) or not self.seconds > 0:
-            raise ValueError(f"seconds must be a number above 0, got {self.seconds!r}")
+        for name in ("states", "steps"):
+            if not is_count(value := getattr(self, name)):
+                raise ValueError(f"{name} must be an integer of at least 1, got {value!r}")
 
     def plan(self, env: _Env, turns: int, success: Callable[..., Any] | None = None) -> Planned:
         """Find all transitions, and compute what every action is worth."""
@@ -126,7 +126,7 @@ class Exact(Planner):
         else:
             try:
                 check_wrappers(env)
-                state = own.state or certain_contents(env)
+                state = own.state or state_key(env)
                 check_recurs(env, state)
             except PlanningError as error:
                 raise PlanningError(f"{why}; {error}") from None
@@ -155,8 +155,8 @@ class Exact(Planner):
     ) -> Worths:
         """The values from a state on, with the limits and the fading of this very episode."""
         limit, share = min([turns, *time_limits(env)]), None if fading is None else fading(env)
-        find = explore if self.state else explored
-        found = find(Start(env, state, turn, share or _whole, limit, self.gamma is not None), self.states, self.seconds)
+        start = Start(env, state, turn, share or _whole, limit, self.gamma is not None)
+        found = explore(start, self.states, self.steps)
         return self._values(limit, share, found)
 
     def _values(self, turns: int, fading: Callable[[int], float] | None, transitions: Transitions) -> Worths:

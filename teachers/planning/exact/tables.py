@@ -10,11 +10,11 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 
-from teachers.planning.contents import HINT, counts_of, other_parts, unshared
 from teachers.planning.known import Known, State, known
 from teachers.planning.planner import PlanningError, stepped
+from teachers.planning.state_key import HINT, counts_of, other_parts, unshared
 from teachers.planning.transitions import Transition, Transitions
-from worlds.wrapped.snapshots import time_limits
+from worlds.wrapped.layers import time_limits
 
 _Env = gymnasium.Env[Any, Any]
 _EPISODES, _STEPS = 20, 100  # of random play, by which a table is tried

@@ -34,8 +34,8 @@ from teachers.planning.expert.trial import try_out
 from teachers.planning.known import Known, known, words_of
 from teachers.planning.planner import Planned, Planner, PlanningError, check_steps
 from teachers.planning.visible import privileged
+from worlds.wrapped.generators import sealed
 from worlds.wrapped.gym_world import GymWorld, Position
-from worlds.wrapped.snapshots import sealed
 
 _Env = gymnasium.Env[Any, Any]
 _TOLERANCE = 0.05  # for numbers from -1 to 1, or without bounds

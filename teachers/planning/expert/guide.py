@@ -11,9 +11,9 @@ import gymnasium
 import numpy as np
 
 from teachers.planning.expert.asking import ExpertError, Policy, Same, Watched
+from worlds.wrapped.generators import draws, reseed
 from worlds.wrapped.gym_world import GymWorld, Position
 from worlds.wrapped.position import Episode, plain_parts, same, still
-from worlds.wrapped.snapshots import draws, reseed
 
 _Env = gymnasium.Env[Any, Any]
 _DIGITS = 3  # of amounts

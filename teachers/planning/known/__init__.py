@@ -1,4 +1,4 @@
-"""What is known of single environments: words of actions and observations, and tables that they do not bring.
+"""What is known of single environments: words, rules that they do not state as a table, and experts.
 
 One module for each, with what it knows as `KNOWN`.
 """
@@ -11,32 +11,23 @@ from types import FunctionType
 from typing import Any
 
 import gymnasium
-import numpy as np
 from gymnasium import spaces
 
 from teachers.planning.transitions import Transitions
-from worlds.wrapped.snapshots import is_plain, layers
+from worlds.wrapped.layers import is_plain, layers
 
 _Env = gymnasium.Env[Any, Any]
 State = Callable[[_Env], Hashable]
 """Reads the key of an environment's current state."""
 
-Heuristic = Callable[[_Env], float]
-"""Guesses from an environment's current state how many actions are left."""
-
 _MODULES = {
     "gymnasium.envs.box2d.lunar_lander:LunarLander": "lunar_lander",
-    "gymnasium.envs.classic_control.acrobot:AcrobotEnv": "acrobot",
-    "gymnasium.envs.classic_control.cartpole:CartPoleEnv": "cart_pole",
-    "gymnasium.envs.classic_control.mountain_car:MountainCarEnv": "mountain_car",
     "gymnasium.envs.toy_text.blackjack:BlackjackEnv": "blackjack",
     "gymnasium.envs.toy_text.cliffwalking:CliffWalkingEnv": "cliff_walking",
     "gymnasium.envs.toy_text.frozen_lake:FrozenLakeEnv": "frozen_lake",
     "gymnasium.envs.toy_text.taxi:TaxiEnv": "taxi",
-    "highway_env.envs.highway_env:HighwayEnv": "highway",
     "minigrid.envs.babyai.core.roomgrid_level:RoomGridLevel": "babyai",
     "minigrid.minigrid_env:MiniGridEnv": "minigrid",
-    "worlds.wrapped.coin_collector:CoinCollector": "coin_collector",
 }
 _HARMLESS = frozenset({"close", "metadata", "render"})  # what subclasses may override without another rule
 
@@ -68,26 +59,18 @@ class Known:
     lacks: Callable[[_Env], str] | None = None
     """What the environment's own table of transitions lacks with its options, in words; empty: nothing."""
     options: Callable[[_Env], Hashable] | None = None
-    """What a table or a plan depends on, and may be changed after it was made; None: nothing."""
-    heuristic: Heuristic | None = None
-    """For searches: the number of actions that are left to the goal; where an episode has to last, the danger."""
-    admissible: bool = False
-    """Whether the heuristic never guesses more than are needed."""
-    lasts: int | None = None
-    """For how many actions ahead a search has to keep the episode going; None: the task is to be solved."""
+    """What a table depends on, and may be changed after it was made; None: nothing."""
     success: Callable[..., Any] | None = None
     """Whether a step has solved the task; see `worlds.wrapped.gym_world.GymWorld`."""
-    goal: str = ""
-    """What to do, as in "get to the goal"; empty: that is not known."""
     unlike: str = ""
-    """Why rules and goal that are known of a base of the environment's class are not used; empty: they are."""
+    """Why rules that are known of a base of the environment's class are not used; empty: they are."""
 
 
 def known(env: _Env) -> Known | None:
     """What is known of an environment, by its class or a base of it; None if it is nothing.
 
     Of a subclass of another package that overrides rules, of an environment with methods of its own, and behind a
-    wrapper that may change them, only words, experts and guesses are; behind one that may change actions or
+    wrapper that may change them, only words and experts are; behind one that may change actions or
     observations, neither words of observations nor experts.
     """
     for cls in type(env.unwrapped).__mro__:
@@ -96,7 +79,7 @@ def known(env: _Env) -> Known | None:
             if not all(map(is_plain, layers(env))):
                 found = _without_rules(found)
             if other := _other_rules(env.unwrapped, cls, _HARMLESS | found.free):
-                found = replace(_without_rules(found), lasts=None, success=None, goal="", unlike=other)
+                found = replace(_without_rules(found), success=None, unlike=other)
             if any(isinstance(each, gymnasium.ObservationWrapper) or not _acts(each) for each in layers(env)):
                 found = replace(found, hides=found.hides or None, describe=None, expert=None)
             return found
@@ -104,7 +87,7 @@ def known(env: _Env) -> Known | None:
 
 
 def _without_rules(found: Known) -> Known:
-    return replace(found, table=None, state=None, fading=None, admissible=False, hides=found.hides or None)
+    return replace(found, table=None, state=None, fading=None, hides=found.hides or None)
 
 
 def _other_rules(bare: _Env, base: type, free: frozenset[str]) -> str:
@@ -114,11 +97,6 @@ def _other_rules(bare: _Env, base: type, free: frozenset[str]) -> str:
     names = {name for cls in elsewhere for name in vars(cls) if hasattr(base, name) and name[:2] != "__"} - free
     what = ", ".join(sorted(names)) or is_patched(bare) * "a method in place"
     return what and f"{type(bare).__name__} overrides {what}, so that rules known of {base.__name__} may not hold"
-
-
-def constants(env: _Env) -> Hashable:
-    """The attributes of an environment that are numbers or words, where steps do not change them."""
-    return tuple(each for each in vars(env.unwrapped).items() if isinstance(each[1], int | float | np.number | str))
 
 
 def is_patched(layer: Any) -> bool:

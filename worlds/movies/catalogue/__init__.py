@@ -1,7 +1,6 @@
 """A catalogue of films and series: facts in SQLite, an index of them in memory, and a look-up of titles.
 
-The shipped catalogue is built from `data/catalogue.csv`; larger ones are SQLite files made by
-`worlds.movies.catalogue.importing`.
+The shipped catalogue is built from `data/catalogue.csv`; others are SQLite files, which `write` fills.
 """
 
 import csv
@@ -290,8 +289,7 @@ def _copy(path: str, database: sqlite3.Connection) -> None:
 
 
 def _refusal(path: str | None, error: Exception) -> ValueError:
-    maker = f"{__name__}.importing.import_catalogue"
-    return ValueError(f"{path} is not a catalogue ({error}); make one with `{maker}`")
+    return ValueError(f"{path} is not a catalogue ({error}); make one with `{__name__}.write`")
 
 
 def _entries(database: sqlite3.Connection) -> Iterable[Entry]:
