@@ -192,7 +192,7 @@ def _watch(
     from llf_teacher.episodes.recorder import Recorder
     from llf_teacher.gym import StudentEnv
     from llf_teacher.models import LLMError
-    from llf_teacher.speakers.parsing import NEAR, NOBODY, speaks_freely
+    from llf_teacher.speakers.parsing import NOBODY, PHRASES, speaks_freely
     from llf_teacher.speakers.speaker import Speaker
     from llf_teacher.students.parsing import parse_student
     from llf_teacher.studies.definition.custom_specs import arguments_of, parse_teacher
@@ -206,7 +206,7 @@ def _watch(
         env = StudentEnv(id, **settings | arguments_of(taught, settings["feedback_type"]), text=player.text)
         policy = player.seat(env.family, env.session.world)
         recorder = Recorder(env.family.name, env.student_view, env.teacher)
-        recorder.read(env.family, NEAR if speaks_freely(taught) else NOBODY)
+        recorder.read(env.family, PHRASES if speaks_freely(taught) else NOBODY)
     _put(console, Text(f"Seed {seed}. Student: {player}. Teacher: {taught}. Ctrl-C leaves.", "dim"))
     try:
         for turn in play_turns(env, policy, seed):

@@ -155,9 +155,11 @@ def test_a_model_without_a_chat_template_needs_one(tmp_path):
     assert "must be a Jinja file or the name" in llf("models", "add", path, "--template", "no such/file").stderr
 
 
-def test_nothing_is_stored_where_nothing_may_be(tmp_path, monkeypatch):
+def test_models_are_in_the_cache_folder_of_the_user(tmp_path, monkeypatch):
     monkeypatch.setenv("LLF_CACHE", "")
-    assert "LLF_CACHE is empty, so that nothing is stored" in llf("models", "add", gguf(tmp_path / "m.gguf")).stderr
+    monkeypatch.setenv("XDG_CACHE_HOME", f"{tmp_path / 'xdg'}")
+    assert llf("models", "add", gguf(tmp_path / "m.gguf")).returncode == 0
+    assert (tmp_path / "xdg" / "llf-teacher" / "models" / "m.json").exists()
 
 
 CONTENT = b"GGUF as it was published"

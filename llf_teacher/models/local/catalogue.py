@@ -166,11 +166,7 @@ def at_hand() -> list[LocalModel]:
 
 
 def _entries() -> Iterator[LocalModel]:
-    try:
-        paths = list((folder() / "models").glob("*.json"))
-    except ValueError:  # nothing is stored
-        return
-    for path in paths:
+    for path in (folder() / "models").glob("*.json"):
         try:
             yield LocalModel(**json.loads(path.read_text("utf-8")))
         except (OSError, ValueError, TypeError):  # of another release, or being written
@@ -216,17 +212,10 @@ def check_name(name: str) -> None:
 
 
 def folder() -> Path:
-    """The user's cache folder.
-
-    Raises:
-        ValueError: nothing may be stored.
-    """
+    """The user's cache folder."""
     given = os.environ.get(CACHE)
-    if given is None:
-        return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "llf-teacher"
-    if not given:
-        raise ValueError(f"local models need a folder, but {CACHE} is empty, so that nothing is stored; name a folder")
-    return Path(given).absolute()
+    caches = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    return Path(given).absolute() if given else caches / "llf-teacher"
 
 
 def write(path: Path, value: dict[str, Any]) -> None:
