@@ -15,6 +15,7 @@ from rich.text import Text
 from llf_teacher import cli
 from llf_teacher.cli import complete_id, complete_student, complete_teacher, read_options, search_here
 from llf_teacher.escaping import escape_control_chars
+from llf_teacher.models.replies import LENGTH
 from llf_teacher.theme.turns import prepare_turns
 from pz_envs.seats import STUDENT, TEACHER
 from teachers.atoms import KINDS, ParseFailure
@@ -209,7 +210,12 @@ def _watch(
         recorder.read(env.family, PHRASES if speaks_freely(taught) else NOBODY)
     _put(console, Text(f"Seed {seed}. Student: {player}. Teacher: {taught}. Ctrl-C leaves.", "dim"))
     try:
-        for turn in play_turns(env, policy, seed):
+        turns = play_turns(env, policy, seed)
+        while True:
+            with Waiting("Waiting for student and teacher"):
+                turn = next(turns, None)
+            if turn is None:
+                break
             _show_turn(console, recorder.note(**(policy.record() if turn.moment.turn else {})), env.family.name)
     except LLMError as error:
         raise ValueError(f"{error}") from None
@@ -230,7 +236,8 @@ def _show_turn(console: Console, row: "TurnRow", family: str) -> None:
         if row.thought:
             _put_beside(console, Text("thinks: ", "dim"), Text(escape_control_chars(row.thought), "dim"))
         if row.answer is not None:
-            _put_beside(console, Text("answers: ", "bold"), Text(escape_control_chars(row.answer or "(nothing)")))
+            cut = " (cut at max_tokens)" if row.finish == LENGTH else ""
+            _put_beside(console, Text(f"answers{cut}: ", "bold"), Text(escape_control_chars(row.answer or "(nothing)")))
         taken = Text("none: the answer is no action", "red")
         if row.parse_failure is None:
             taken = Text(escape_control_chars(f"{turn['did']}"), "bold")
