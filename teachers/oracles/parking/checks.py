@@ -118,7 +118,7 @@ def parks_within(lab: Parking, truth: Truth, spot: tuple[float, float, float], t
 
 
 def stands_at(lab: Parking, truth: Truth, wall_x: float, wall_y: float) -> bool:
-    """Whether a car crashes if it overlaps walls at these coordinates, but not just before them, and in each other car."""
+    """Whether a car crashes if it overlaps walls at these coordinates, not just before them, and in other cars."""
     x, y = wall_x - LENGTH / 2, wall_y - LENGTH / 2
     truth = _whole(truth)
     alone = _without_cars(truth)
