@@ -311,7 +311,7 @@ def _bare(sentence: str) -> str:
 
 
 def storable(text: str) -> str:
-    """A text with a question mark for each lone surrogate, which no file can store."""
+    """A text from outside without lone surrogates, which no file takes: a question mark stands for each."""
     if text.isascii():
         return text
     try:

@@ -7,7 +7,7 @@ from teachers.common.hedges import Late, Probably, bend, hedge
 from teachers.common.notices import Maximize, MayAsk, NotUnderstood, Syntax
 from teachers.common.placebos import FACTS, Truism
 from teachers.common.rewards import SIGNS, Paid, Reward, as_said, sign_of
-from teachers.common.verdicts import Change, PartlyRight, Right, Solved, TryAgain, Wrong
+from teachers.common.verdicts import ChangeVerdict, PartlyRight, Right, Solved, TryAgain, Wrong
 
 __all__ = [
     "CLAIMS",
@@ -17,7 +17,7 @@ __all__ = [
     "Better",
     "BetterTurn",
     "Chance",
-    "Change",
+    "ChangeVerdict",
     "Example",
     "Late",
     "Maximize",

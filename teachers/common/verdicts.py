@@ -24,7 +24,7 @@ from teachers.atoms import (
 from worlds.world import World
 
 
-class Change(Verdict[TruthT, WorldT]):
+class ChangeVerdict(Verdict[TruthT, WorldT]):
     """Base of a pair of verdicts on a measure before and after an action; less is better.
 
     A subclass declares both fields again, at their places among its own.

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Annotated, ClassVar
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Scope, claim, opposed, slot
-from teachers.common import Change, TryAgain
+from teachers.common import ChangeVerdict, TryAgain
 from teachers.oracles.metaworld.corrections import aim_of, correction_for
 from teachers.oracles.metaworld.purposes import PURPOSES, USES
 from worlds.metaworld import REACH, Aim, MetaWorld, Pose, Truth
@@ -205,7 +205,7 @@ class _Posed(ActionClaim[Truth, MetaWorld]):
 
 
 @claim
-class _Moved(Change[Truth, MetaWorld]):
+class _Moved(ChangeVerdict[Truth, MetaWorld]):
     """Base of verdicts on the hand's distance from where the script wants it."""
 
     before: float

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Grounded, Moment, Scope, Verdict, claim, opposed, slot
-from teachers.common import Change
+from teachers.common import ChangeVerdict
 from worlds.actions import inward
 from worlds.optimization import Landscape, Optimization, Point, Truth
 
@@ -286,7 +286,7 @@ class Reached(ActionClaim[Truth, Optimization]):
 
 
 @claim
-class _Moved(Change[Truth, Optimization], ActionClaim[Truth, Optimization]):
+class _Moved(ChangeVerdict[Truth, Optimization], ActionClaim[Truth, Optimization]):
     """Base of verdicts on the change of the loss."""
 
     action_slot = ""  # the phrases name losses only
@@ -323,7 +323,7 @@ opposed(Fell, Rose)
 
 
 @claim
-class _Changed(Change[Truth, Optimization]):
+class _Changed(ChangeVerdict[Truth, Optimization]):
     """Base of verdicts on the change of one coordinate alone."""
 
     name: Annotated[str, NAMES]

@@ -20,7 +20,7 @@ from teachers.atoms import (
     opposed,
     slot,
 )
-from teachers.common import Change
+from teachers.common import ChangeVerdict
 from teachers.oracles.parking.checks import (
     PEDALS,
     SIDES,
@@ -274,7 +274,7 @@ opposed(OnCourse, Strayed)
 
 
 @claim
-class _Moved(Change[Truth, Parking], _Made):
+class _Moved(ChangeVerdict[Truth, Parking], _Made):
     before: float
     after: float
 
