@@ -52,7 +52,7 @@ _TRIES = 3
 _NEAR = 3
 """Clues about the distance to the treasure state multiples of this."""
 _SOME = 3
-"""Number of types of rooms in a vague rule; one of them has the town's treasures."""
+"""Number of types of rooms, among which is the one of a town's treasures, that a vague rule names."""
 _nearer, _no_nearer = fast_constructor(Nearer), fast_constructor(NoNearer)
 
 
