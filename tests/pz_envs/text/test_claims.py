@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from llf_teacher.registry import PREFIX, entry
-from pz_envs.checking import EXACT, ClaimReader
 from pz_envs.family import own_families
+from pz_envs.text.claims import EXACT, ClaimReader
 from teachers.common import Late, Probably
 from teachers.session import Session
 
