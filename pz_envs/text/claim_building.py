@@ -70,7 +70,10 @@ def _fits(cls: type[Claim[Any]], slots: Mapping[str, str]) -> bool:
 def _kinds_of(cls: type[Claim[Any]]) -> tuple[frozenset[str], Mapping[str, frozenset[str]]]:
     """The fields that are numbers, and the names, in lower case, of each field that is an enumeration."""
     types = {each.name: getattr(each.type, "__origin__", each.type) for each in fields(cls)}  # type: ignore[arg-type]  # a dataclass
-    names = {field: frozenset(map(str.casefold, each)) for field, each in names_of(cls).items()}
+    try:
+        names = {field: frozenset(map(str.casefold, each)) for field, each in names_of(cls).items()}
+    except TypeError:  # no claim of this class is made from JSON, so that its fields need no form
+        names = {}
     return frozenset(name for name, kind in types.items() if kind in (int, float)), names
 
 
