@@ -1,4 +1,4 @@
-"""A real model: `.ci/local` tests it where llama.cpp and the model are at hand; plain pytest leaves it out.
+"""A real model: `.ci/run local` tests it where llama.cpp and the model are at hand; plain pytest leaves it out.
 
 `LLF_TEST_MODELS` names the cache folder with the model.
 """
