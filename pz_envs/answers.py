@@ -1,4 +1,4 @@
-"""Answers of chat models: reasoning between marks is split from the answer, and where a model speaks for others."""
+"""Answers of chat models: split reasoning from the answer, and find where a model begins to speak for others."""
 
 import re
 from collections.abc import Iterator

@@ -19,8 +19,8 @@ def asking_space(space: spaces.Space[Any]) -> spaces.Space[Any]:
     """The action space of a student that may ask.
 
     Of `Discrete(n)` it is `Discrete(n + 1)`, whose greatest number asks. Text stays text, and the word `ask` asks. Of
-    any other space it is a Dict of `action`, the space, and `ask`, Discrete(2); with 1 the action does not count. There
-    an action of the space itself, as students play it that never ask, does not ask.
+    any other space it is a Dict of `action`, the space, and `ask`, Discrete(2); with 1 the action does not count. A
+    plain action of the space is also accepted there and does not ask, so that students that never ask can play.
     """
     if isinstance(space, spaces.Discrete):
         return spaces.Discrete(int(space.n) + 1, start=int(space.start))
@@ -33,7 +33,7 @@ def read_question(action: Any, space: spaces.Space[Any]) -> tuple[bool, Any]:
     """Whether an action asks, and the action of the world in it.
 
     Args:
-        action: of a student that may ask; a text may be `Parted`.
+        action: an action of a student that may ask; a text may be `Parted`.
         space: `asking_space` of the student's action space.
 
     Raises:
@@ -46,7 +46,7 @@ def read_question(action: Any, space: spaces.Space[Any]) -> tuple[bool, Any]:
         said = split_thought(action).answer if isinstance(action, str | Parted) else ""
         return 0 < len(said) < 1000 and _ASK.fullmatch(said) is not None, action
     with suppress(ValueError, TypeError, OverflowError):  # an action of a student that never asks
-        canonical(space["action"], action)  # type: ignore[index]  # it is a Dict
+        canonical(space["action"], action)  # type: ignore[index]  # the space is a Dict
         return False, action
     if not isinstance(action, dict) or action.keys() != {"action", ASK} or action[ASK] not in (0, 1):
         raise ValueError(

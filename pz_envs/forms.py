@@ -98,7 +98,7 @@ class Labelled(NamedTuple):
 
 
 def without_stops(text: str) -> str:
-    """The text up to the first stop token, without the tokens with which a chat template begins."""
+    """The text up to the first stop token, without the opening tokens of a chat template."""
     while begin := _START.match(text):
         text = text[begin.end() :]
     stop = _STOP.search(text)
@@ -106,17 +106,17 @@ def without_stops(text: str) -> str:
 
 
 def visible(text: str) -> str:
-    """The text without tags of HTML and characters that cannot be seen."""
+    """The text without HTML tags and invisible characters."""
     return _UNSEEN.sub("", text)
 
 
 def unquoted(text: str) -> str:
-    """The text with spaces for what is in quotes, of the same length."""
+    """The text with quoted parts replaced by spaces, of the same length."""
     return _QUOTATION.sub(lambda found: " " * len(found[0]), text)
 
 
 def verse(text: str) -> str:
-    """The text of a poem without a marked title, or words that announce it, before it, and a count of syllables."""
+    """The text of a poem without a marked title or an announcement before it, and without counts of syllables."""
     lead = _LEAD.match(text)
     text = text[lead.end() :] if lead else text
     lines, _, last = text.rstrip().rpartition("\n")
@@ -169,25 +169,25 @@ def labelled(text: str, nouns: Sequence[str] = ()) -> Iterator[Labelled]:
         closing = opened[::-1].translate(_MIRROR)
         if opened and not label["shut"] and not label["close"] and body.endswith(closing):
             body = body.removesuffix(closing).strip()
-        elif not opened and label["close"]:  # what opens the answer, not what closes the label
+        elif not opened and label["close"]:  # these open the answer, they do not close the label
             body = text[label.start("close") : end].strip()
         yield Labelled(body, label.start())
 
 
 def behind_marker(text: str) -> str | None:
-    """The text after the last `Response:`, which may be in bold or in a tag; None if there is none."""
+    """The text after the last `Response:`, which may be in bold or in a tag; None without it."""
     ends = [marker.end() for marker in _RESPONSE.finditer(text)]
     return _tag((), "/").split(text[ends[-1] :])[0].strip() if ends else None
 
 
 def unlabelled(text: str, nouns: Sequence[str] = ()) -> str:
-    """A text without the label before it, which is in bold or alone on its line; all other lines are kept."""
+    """A text without its label, which is in bold or alone on its line; all other lines are kept."""
     found = _heading(tuple(nouns)).match(text)
     return text[found.end() :].strip() if found else text
 
 
 def fenced(text: str) -> Iterator[str]:
-    """The texts in fences of three backticks or tildes; a fence that is not closed has all the rest."""
+    """The texts in fences of three backticks or tildes; an unclosed fence contains the rest of the text."""
     begin, mark = 0, ""
     for fence in _FENCE.finditer(text):
         if not mark and fence["mark"][0] not in fence["rest"]:
@@ -205,7 +205,7 @@ def _tag(nouns: tuple[str, ...], end: str = "/?") -> re.Pattern[str]:
 
 
 def tagged(text: str, nouns: Sequence[str] = ()) -> list[str]:
-    """The texts in tags such as `<answer>`; a tag that is not closed has all the rest."""
+    """The texts in tags such as `<answer>`; an unclosed tag contains the rest of the text."""
     found = []
     opened: tuple[str, int] | None = None
     for tag in _tag(tuple(nouns)).finditer(text):
@@ -219,7 +219,7 @@ def tagged(text: str, nouns: Sequence[str] = ()) -> list[str]:
 
 
 def spans(text: str, nouns: Sequence[str] = ()) -> Iterator[str]:
-    """The parts of a text that are marked as the answer: by a fence, a tag, a box of TeX, or as JSON of texts."""
+    """The parts of a text in marks of an answer: a fence, a tag, a TeX box, or JSON of texts."""
     yield from fenced(text)
     yield from tagged(text, nouns)
     braces: list[tuple[int, int]] = []
@@ -240,9 +240,9 @@ def paragraphs(text: str) -> list[str]:
 
 
 def peeled(text: str) -> Iterator[tuple[str, str]]:
-    """An answer without its outer layers, one less each time: quotes, brackets, bold, bullets, remarks.
+    """An answer with ever fewer outer layers: quotes, brackets, bold, bullets, remarks.
 
-    Each comes with the text of a remark in brackets that followed it.
+    Each comes with the text of the bracketed remark after it.
     """
     remark = ""
     for _ in range(_DEPTH):
@@ -269,7 +269,7 @@ def _inner(text: str) -> str:
 
 
 def _balanced(inner: str, begin: str, end: str) -> bool:
-    """Whether all brackets that open in a text close in it; False where both have the same character."""
+    """Whether all brackets in a text are closed; False for marks that open and close with the same character."""
     depth = 0 if begin != end else -1
     for character in inner:
         depth += (character == begin) - (character == end)

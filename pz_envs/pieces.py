@@ -1,4 +1,4 @@
-"""The meaning of a piece of text: its action, as one of the world's words or as a value."""
+"""The action that a piece of text states, as one of the world's words or as a value."""
 
 import json
 import math
@@ -16,7 +16,7 @@ from worlds.world import World
 __all__ = ["LONGEST", "TwoActions", "misnamed", "read_piece", "strict_value", "text_in", "the_one"]
 
 LONGEST = 1000
-"""Greatest length of an answer in a world whose actions are no texts."""
+"""Greatest length of an answer in a world whose actions are not texts."""
 _KEYS = ("action", "answer", "response", "final_answer", "move", "choice", "command", "output")
 _TOOL = ("arguments", "parameters", "args", "function", "function_call", "tool_call", "tool_calls")
 _FILLERS = frozenset(
@@ -41,11 +41,11 @@ _DEPTH = 8  # greatest depth of texts within texts
 
 
 class TwoActions(Exception):  # noqa: N818 (it is no error of the program)
-    """An answer names different actions; the message has them."""
+    """An answer names different actions; the message lists them."""
 
 
 def read_piece(piece: str, world: World[Any], depth: int = 0, sentences: bool = True) -> Any:
-    """The action of a piece in canonical form; None if it is no action.
+    """The action of a piece in canonical form; None if it is not an action.
 
     Raises:
         TwoActions: the piece names different actions.
@@ -61,7 +61,7 @@ def read_piece(piece: str, world: World[Any], depth: int = 0, sentences: bool = 
 
 
 def the_one(actions: Iterable[Any], whence: str = "") -> Any:
-    """The action on which all readings that are not None agree; None if there is none.
+    """The common action of all readings that are not None; None without such readings.
 
     Raises:
         TwoActions: they differ.
@@ -92,12 +92,12 @@ def strict_value(answer: str, world: World[Any]) -> Any:
         action = world.read(value)
         return value if action is None else action
     if _has_truth_value(value):
-        raise ValueError("a truth value is no action")
+        raise ValueError("a truth value is not an action")
     return value
 
 
 def _meaning(form: str, world: World[Any], depth: int, sentences: bool) -> Any:
-    """The action of a bare form; None if it is no action."""
+    """The action of a bare form; None if it is not an action."""
     for read in (_word, _values, _numbers, _numbered):
         action = read(form, world)
         if action is not None:
@@ -114,7 +114,7 @@ def _legal(action: Any, world: World[Any]) -> Any:
 
 
 def _word(form: str, world: World[Any]) -> Any:
-    """The action of a world's word, or of a number if actions are numbers; else None."""
+    """The action for one of the world's words, or for a number if actions are numbers; else None."""
     try:
         action = world.read(form)
     except (ValueError, TypeError, OverflowError, RecursionError):
@@ -167,7 +167,7 @@ def _listing(names: tuple[str, ...]) -> re.Pattern[str]:
 
 
 def misnamed(text: str, names: tuple[str, ...]) -> bool:
-    """Whether a text lists all the names of an action's numbers, and in another order."""
+    """Whether a text lists all names of an action's numbers in another order."""
     name = rf"\b(?:{'|'.join(names)})\b"
     listed = re.findall(rf"{name}(?:\s*,\s*{name})+", text.lower().replace("x_", "x")) if names else ()
     words = [tuple(re.split(r"\W+", each)) for each in listed]
@@ -175,10 +175,10 @@ def misnamed(text: str, names: tuple[str, ...]) -> bool:
 
 
 def text_in(value: Any, names: Iterable[str]) -> str | None:
-    """The text in a JSON value: a string, a list of lines, or an object with one of these names; None if it has none.
+    """The text in a JSON value: a string, a list of lines, or an object with one of these names; None without a text.
 
     Raises:
-        TwoActions: it has different ones.
+        TwoActions: it has different texts.
     """
     if isinstance(value, list) and value and all(isinstance(line, str) for line in value):
         return "\n".join(value)
@@ -220,7 +220,7 @@ def _in_sentence(form: str, world: World[Any]) -> Any:
 
 
 def _from_value(value: Any, world: World[Any], depth: int) -> Any:
-    """The action of a JSON value; None if it is no action."""
+    """The action of a JSON value; None if it is not an action."""
     if isinstance(value, str):
         return read_piece(value, world, depth + 1)
     if isinstance(value, dict):
@@ -236,7 +236,7 @@ def _from_value(value: Any, world: World[Any], depth: int) -> Any:
 
 
 def _from_object(value: dict[str, Any], world: World[Any], depth: int) -> Any:
-    """The action of a JSON object or of one of its keys; None if there is none."""
+    """The action of a JSON object or of one of its keys; None without an action."""
     space = world.action_space
     keys = set(space.spaces) if isinstance(space, spaces.Dict) else set()
     if keys and value.keys() == keys:
@@ -267,7 +267,7 @@ def _decoded(form: str) -> Any:
 
 
 def _without_comma(found: re.Match[str]) -> str:
-    """What is quoted as it is, and nothing for a comma behind the last part."""
+    """A quoted part unchanged, and nothing in place of a trailing comma."""
     return found["quoted"] or ""
 
 
@@ -296,7 +296,7 @@ def _finite(digits: str) -> float:
 
 
 def _refuse(name: str) -> NoReturn:
-    raise ValueError(f"{name} is no finite number")
+    raise ValueError(f"{name} is not a finite number")
 
 
 def _has_truth_value(value: Any) -> bool:

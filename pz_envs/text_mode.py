@@ -1,13 +1,13 @@
 """Text in: actions written as text, strict in meaning and tolerant in form. Nothing is ever executed.
 
-An answer is what the world itself reads as an action (`World.read`: its words for actions), or JSON: a number, a string
+An answer is a text that the world reads as an action (`World.read`: its words for actions), or JSON: a number, a string
 with such a word, a list, an object with `action` among its keys, or, where actions are dicts, one with their keys. It
 may stand behind a label such as `Response:`, in a fence, a box of TeX, a tag, in bold, quotes or brackets; a remark may
-follow behind a blank line or in brackets; reasoning that is marked is cut, and so is what the model goes on to say for
-others. Two different actions are none, and nor is one that is denied or taken back.
+follow behind a blank line or in brackets. Marked reasoning is cut, and so are the turns that a model invents for
+others. Two different actions count as no action, and so does an action that is denied or taken back.
 
-Where the world's action is itself a text that is taken word for word, only its wrapping is cut: reasoning, labels,
-fences, tags, JSON, a title.
+If the world takes texts word for word as actions, only the wrapping is cut: reasoning, labels, fences, tags, JSON, a
+title.
 """
 
 import json
@@ -50,7 +50,7 @@ _THOUGHT = re.compile(r"[\s*_#>]{0,9}(?:thoughts?|thinking|reasoning)[*_ ]{0,3}[
 _NOT = re.compile(
     r"(?=[nacoris])(?:(?<!have )(?<!has )(?<!that are )(?<!which are )\bnot|(?<!have)(?<!has)n['\u2019]t"
     r"|\b(?:never|cannot|avoid|skip|except|other than|rather than|instead of|anything but))\b"
-    r"(?P<what>(?>(?:[^,;.!?\n()\[\]{}]|[,.](?=[0-9])|\[[^\[\]]*\]|\([^()]*\)|\{[^{}]*\})*))",  # 3.11.2 errs by *+
+    r"(?P<what>(?>(?:[^,;.!?\n()\[\]{}]|[,.](?=[0-9])|\[[^\[\]]*\]|\([^()]*\)|\{[^{}]*\})*))",  # 3.11.2 fails on *+
     re.IGNORECASE,
 )
 _UNIT = r"cm|mm|km|centimet\w+|millimet\w+|inch(?:es)?|feet|degrees?|radians?|percent|%"
@@ -84,20 +84,20 @@ UNFIT = "it is too long, or has characters that are not allowed"
 
 
 def read_text(action: Any, world: World[Any]) -> Any:
-    """What a student wrote, as an action in canonical form, or a `ParseFailure`.
+    """A student's text as an action in canonical form, or a `ParseFailure`.
 
     Args:
-        action: a string, or what `split_thought` made of it.
-        world: the world whose action it is.
+        action: a string, or the result of `split_thought`.
+        world: the world of the action.
 
     Raises:
-        ValueError: it is neither.
+        ValueError: the action is neither.
     """
     return parse_action(_checked(action), world)
 
 
 def read_verbatim(action: Any, world: World[Any]) -> Any:
-    """A text, taken as it is by a world whose actions are texts, or a `ParseFailure`; as in `read_text`."""
+    """A text, unchanged in a world whose actions are texts, or a `ParseFailure`; as in `read_text`."""
     said = _checked(action)
     return legal_text(said.text if isinstance(said, Parted) else said, world)
 
@@ -109,16 +109,16 @@ def _checked(action: Any) -> str | Parted:
 
 
 def parse_action(said: str | Parted, world: World[Any]) -> Any:
-    """The action that a text stands for, in canonical form, or a `ParseFailure`.
+    """The action that a text states, in canonical form, or a `ParseFailure`.
 
     Args:
-        said: the text, or what `split_thought` made of it.
-        world: the world whose action it is.
+        said: the text, or the result of `split_thought`.
+        world: the world of the action.
     """
     thought, answer, text, unended = split_thought(said)
     unended = unended and bool(thought) and not answer
     if unended and _MARKER.search(text):
-        answer = behind_marker(text) or ""  # reasoning that never ends, and yet gives an answer
+        answer = behind_marker(text) or ""  # reasoning without an end may still give an answer
     got = answer if thought and answer else text
     answer = without_stops(first_answer(answer, world)[0])
     if not answer.strip() and (thought or not (world.verbatim and isinstance(world.action_space, spaces.Text))):
@@ -130,13 +130,13 @@ def parse_action(said: str | Parted, world: World[Any]) -> Any:
 
 
 def first_answer(answer: str, world: World[Any] | None) -> tuple[str, str]:
-    """An answer up to where it goes on to speak for others, and the rest, which a model has invented.
+    """An answer up to the point where it begins to speak for others, and the invented rest.
 
-    What is quoted before there is an answer belongs to the answer.
+    Quotes of others before the answer belong to the answer.
 
     Args:
         answer: a text without reasoning.
-        world: the world whose action it is; None: only `Response:` tells that there is an answer.
+        world: the world of the action; None: only `Response:` marks an answer.
     """
     for begin in islice(turns_of_others(answer), _FEW):
         said = _RULE.sub("", answer[:begin].strip())
@@ -157,9 +157,9 @@ def _is_verbatim(world: World[Any]) -> bool:
 
 
 def read_exactly(text: str, world: World[Any]) -> Any:
-    """The action of a text that is an action and nothing else, or a `ParseFailure`.
+    """The action of a text with an action and nothing else, or a `ParseFailure`.
 
-    Before it may stand anything that ends with `Response:`, but no other answer.
+    A text that ends with `Response:` may precede it, if that has no other answer.
     """
     _, *others, answer = map(str.strip, ["", *_MARKER.split(text)])
     if any(others[1:]) and not _is_verbatim(world):
@@ -190,7 +190,7 @@ def failure(text: str, world: World[Any], why: str = NOTHING) -> ParseFailure:
 
 
 def _read(answer: str, got: str, world: World[Any]) -> Any:
-    """The action of a world whose actions are no texts that are taken word for word."""
+    """The action in a world that does not take texts word for word."""
     if answer.strip().lower() in world.action_words:  # a word may be `wait` or `do not move`
         return read_exactly(answer, world)
     kept = _without_denied(answer, world)
@@ -229,7 +229,7 @@ def _is_action(text: str, world: World[Any]) -> bool:
 
 
 def _without_denied(answer: str, world: World[Any]) -> str:
-    """The text without what it says not to do."""
+    """The text without the actions that it says not to take."""
     kept, at = "", 0
     for found in islice(_NOT.finditer(unquoted(answer)), _MANY):
         if _is_action(answer[slice(*found.span("what"))].strip(), world):
@@ -238,7 +238,7 @@ def _without_denied(answer: str, world: World[Any]) -> str:
 
 
 def _verbatim(answer: str, world: World[Any]) -> Any:
-    """The action of a world whose actions are texts that are taken word for word."""
+    """The action in a world that takes texts word for word."""
     behind = behind_marker(answer)
     if behind is None and _THOUGHT.match(answer):
         return failure(answer, world, UNMARKED)
@@ -260,7 +260,7 @@ def _verbatim(answer: str, world: World[Any]) -> Any:
 
 
 def _tolerantly(answer: str, world: World[Any]) -> Any:
-    """The one action that an answer names; None if it names none."""
+    """The only action that an answer names; None if it names no action."""
     action = read_piece(answer, world)
     if action is not None:
         return action
@@ -273,7 +273,7 @@ def _tolerantly(answer: str, world: World[Any]) -> Any:
 
 
 def _region(text: str, world: World[Any]) -> Any:
-    """The one action of a text that is marked in it, or its first paragraph; what else is there are remarks."""
+    """The only action that is marked in a text, or that of its first paragraph; the rest are remarks."""
     marked = [read_piece(span, world) for span in islice(spans(text, world.answer_names), _MANY)]
     parts = paragraphs(text)[:_MANY]
     read = [read_piece(part, world) for part in parts]
@@ -287,7 +287,7 @@ def _region(text: str, world: World[Any]) -> Any:
 
 
 def _reason(answer: str, world: World[Any]) -> str:
-    """Why an answer is no action."""
+    """Why an answer is not an action."""
     pieces = islice((piece for form in (_LIST, _WORD) for piece in form.findall(answer[:LONGEST])), 200)
     the_one(named := [read_piece(piece, world) for piece in pieces])
     if all(action is None for action in named):

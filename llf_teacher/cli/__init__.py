@@ -28,6 +28,7 @@ MaxTurns = Annotated[int | None, typer.Option(help="Most turns of the episode; b
 WorldOptions = Annotated[
     list[str] | None, typer.Option(help="Option of the environment's world, as NAME=VALUE; repeat it for several.")
 ]
+_NO_HELP = "No help under `python -OO`, which removes docstrings; run `llf` without -OO."
 errors = Console(emoji=False, stderr=True, highlight=False, soft_wrap=True, markup=False)
 
 
@@ -47,6 +48,7 @@ class Commands(TyperGroup):
         command = super().get_command(ctx, cmd_name)
         if command is not None:
             _without_type_of_flags(command.get_params(ctx))
+            command.help = command.help or _NO_HELP  # a command's help is its docstring
         return command
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
