@@ -77,7 +77,7 @@ def suite(
     if store.exists() and ":" in student:
         console.print("If your code has changed since, give another --store: episodes are known by their spec.")
     with StudyProgress(console) as progress, warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message=r"\d+ of \d+ episodes failed")  # the card says it
+        warnings.filterwarnings("ignore", message=r"\d+ of \d+ episodes failed")  # the card gives the reason
         try:
             found = take(student, store, only or (), quick, key, workers, progress, turn_seconds)
         except StudyError as error:

@@ -1,4 +1,4 @@
-"""LLF-Bench's wrappers; each has the attributes of what it wraps."""
+"""LLF-Bench's wrappers; each has the attributes of the wrapped environment."""
 
 import copy
 import json
@@ -23,7 +23,7 @@ __all__ = [
 ]
 
 EnvCompatibility = OldGym
-"""LLF-Bench's name for it."""
+"""The wrapped environment; LLF-Bench's name for `env`."""
 
 
 class TextWrapper(Forwarding):
@@ -109,7 +109,7 @@ class RandomActionOrderWrapper(Forwarding):
     @property
     def expert_action(self) -> int | None:
         """The next action of an optimal policy, by the wrapper's number, or None."""
-        expert = self.env.expert_action  # type: ignore[attr-defined]  # an AttributeError if it has none
+        expert = self.env.expert_action  # type: ignore[attr-defined]  # an AttributeError without one
         return None if expert is None else self.external_action(expert)
 
     def _renumber(self, info: dict[str, Any]) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 
 from llf_teacher.models import LLMError
 
-_PASSING = (408, 409, 429)  # and all from 500
+_PASSING = (408, 409, 429)  # and all statuses from 500
 _FIRST, _LONGEST, _MOST = 0.5, 8.0, 120.0  # seconds: the first pause, the longest, the longest on request
 _JITTER = 0.25  # random share of a pause, so that many clients do not retry at once
 _chance = random.SystemRandom()  # no episode depends on it
@@ -32,7 +32,7 @@ class PassingError(LLMError):
 
 
 def may_pass(status: int, headers: Mapping[str, str]) -> bool:
-    """Whether an error is transient, and the endpoint asks for no long pause."""
+    """Whether an error is transient, without a request for a long pause."""
     if (wait := asked_for(headers)) is not None and wait > _MOST:
         return False
     if (said := headers.get("x-should-retry")) in ("true", "false"):

@@ -28,12 +28,12 @@ def example(answer: str, action: str) -> str:
 
 
 def answer_of(answer: str, action: str) -> str:
-    """An answer of a form with an action and no thought."""
+    """An answer in a form, with an action and no thought."""
     return action if answer == "text" else json.dumps({"action": _value(action)}, ensure_ascii=False)
 
 
 def written(world: World[Any], rng: np.random.Generator) -> str:
-    """A random action as text mode writes it, in words if the world has words for it."""
+    """A random action as text, in words if the world has words for it."""
     action = world.sample_action(rng)
     if isinstance(action, str):
         return "\n".join(action.splitlines()[:_LINES])
@@ -64,7 +64,7 @@ def schema(world: World[Any] | None) -> dict[str, Any]:
 
 
 def asking(answer: str, world: World[Any] | None) -> dict[str, Any]:
-    """The fields of a request's body that ask for a form of answer."""
+    """The fields of a request's body for a form of answer."""
     if answer == "json":
         return {"response_format": {"type": "json_schema", "json_schema": {"name": "turn", "schema": schema(world)}}}
     if answer == "tool":
@@ -72,14 +72,14 @@ def asking(answer: str, world: World[Any] | None) -> dict[str, Any]:
         return {
             "tools": [{"type": "function", "function": act}],
             "tool_choice": "required",
-        }  # some endpoints accept no tool's name here
+        }  # some endpoints refuse a tool's name here
     return {}
 
 
 def action_in(answer: str, text: str) -> tuple[str, str]:
     """The action in an answer, as text for the seat, and the thought beside it.
 
-    A text of another form than `answer` is returned whole, so that the seat decides whether it is an action.
+    A text in another form than `answer` is returned whole; the seat decides whether it is an action.
     """
     if answer == "text":
         return text, ""
@@ -95,7 +95,7 @@ def action_in(answer: str, text: str) -> tuple[str, str]:
 
 
 def _value(action: str) -> Any:
-    """What a written action is in JSON: numbers and lists of numbers as such, all else as text."""
+    """The JSON value of a written action: a number or a list of numbers, otherwise the text."""
     try:
         value = json.loads(action)
     except ValueError:
