@@ -5,7 +5,8 @@ from typing import Any
 
 from llf_teacher.models.model import AsksModel, Model, prompt_facts
 from llf_teacher.speakers.llm_teacher import ANSWERS, claims_form
-from teachers.schema import Vocabulary, find_message
+from pz_envs.text.json_values import find_message
+from teachers.schema import Vocabulary
 from teachers.spec import unknown
 
 _SYSTEM = (
@@ -56,5 +57,5 @@ class LLMReader(AsksModel):
         return find_message(Model(self.settings).answer([system, {"role": "user", "content": sentence}], form).text)
 
     def facts(self) -> dict[str, Any]:
-        """The prompt with its SHA-256."""
-        return prompt_facts({"system": _SYSTEM})
+        """The prompt with its SHA-256, and what identifies a model of this machine."""
+        return prompt_facts({"system": _SYSTEM}) | self.model_facts()

@@ -10,8 +10,9 @@ import numpy as np
 from llf_teacher.models.model import AsksModel, Model, ModelSettings, prompt_facts
 from llf_teacher.models.replies import Usage
 from llf_teacher.speakers.speaker import Speaker
+from pz_envs.text.json_values import find_message
 from teachers.atoms import FN, FP, Atom, Claim, Moment, ParseFailure, Utterance
-from teachers.schema import LONGEST_TEXT, Message, Vocabulary, find_message
+from teachers.schema import LONGEST_TEXT, Message, Vocabulary
 from teachers.spec import check_range, unknown
 
 KNOWS = ("claims", "nothing")
@@ -150,8 +151,8 @@ class LLMTeacher(AsksModel, Speaker):
         return {"teacher": ModelPolicy(self)}
 
     def facts(self) -> dict[str, Any]:
-        """The prompts, each with its SHA-256."""
+        """The prompts, each with its SHA-256, and what identifies a model of this machine."""
         prompts = {"system": _SYSTEM, "turn": _TURN + _CLAIMS}
         if self.says == "claims":
             prompts = {"system": _COMPOSE, "turn": _TURN + _CLAIMS + _DATA}
-        return prompt_facts(prompts)
+        return prompt_facts(prompts) | self.model_facts()

@@ -55,7 +55,7 @@ class AbilityLine(Score):
         if self.silence is None or self.above == self.silence.above:
             return ""
         worse, other = ("with the placebo", "in silence") if self.above else ("in silence", "with the placebo")
-        costs_less = (self.silence.score or 0) > (self.score or 0)  # the placebo costs more than silence
+        costs_less = (self.silence.score or 0) > (self.score or 0)  # the placebo costs less than silence
         if self.moments_p is None or self.moments_p >= ALPHA or self.above == costs_less:
             return f"does better than {worse}, but not significantly better than {other}"
         if self.above:

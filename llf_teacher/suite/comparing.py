@@ -21,10 +21,10 @@ class CardDifference(AbilityLine):
 
 
 def check(path: Path | str) -> Card:
-    """The card in a file, if it is whole, of this version of the suite, and of its abilities alone.
+    """The card in a file, if it is complete and of this version of the suite.
 
     Raises:
-        CardError: it is none, was changed, or is of something else.
+        CardError: the file is not a card, was changed, or belongs to something else.
     """
     card = Card.load(path)
     if card.suite != play.VERSION:
@@ -48,7 +48,7 @@ def compare(first: Path | str, second: Path | str) -> list[CardDifference]:
     least p-value of sign flips over the smaller number of seeds.
 
     Raises:
-        CardError: a file is no card of this release, only one is quick, or they have no ability in common.
+        CardError: a file is not a card of this release, only one is quick, or they have no ability in common.
     """
     cards = check(first), check(second)
     if cards[0].quick != cards[1].quick:

@@ -1,4 +1,4 @@
-"""What taking the suite costs at most, before it begins: turns of a student, tokens and USD of a model."""
+"""The greatest cost of the suite, before it begins: turns of the student, tokens and USD of a model."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ BYTES = 4
 
 @dataclass(frozen=True, kw_only=True)
 class CostEstimate:
-    """The most that a student plays, and what that costs if its model is asked in each turn."""
+    """The greatest number of turns, and their cost if a model is asked in each."""
 
     episodes: int
     turns: int

@@ -60,9 +60,7 @@ def test_nothing_is_overwritten(kind, tmp_path):
     for each in others:
         each.unlink()
     first.write_text("mine")
-    with pytest.raises(
-        FileExistsError, match=f"{first.name} exists already, and nothing was written; choose another"
-    ):
+    with pytest.raises(FileExistsError, match=f"{first.name} exists already, and nothing was written; choose another"):
         write(kind, "maze", tmp_path)
     assert first.read_text() == "mine"
     assert not any(each.exists() for each in others)
