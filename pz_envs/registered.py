@@ -143,11 +143,11 @@ class Registered(Subject):
         return self._lesson(options).make_world()
 
     def oracle_class(self) -> Callable[[Callable[[], World[Any, Any, Any]]], Oracle]:
-        """That of the default options."""
+        """A function that makes oracles, with the default options."""
         return self._lesson({}).oracle_class()
 
     def phrasebook(self, voice: Voice = "plain") -> Phrasebook:
-        """That of the default options."""
+        """The phrases with the default options."""
         return self._lesson({}).phrasebook(voice)
 
     def make_teacher(

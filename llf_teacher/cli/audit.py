@@ -74,8 +74,8 @@ def audit(
 ) -> None:
     """Check every claim of teachers, with many kinds of students, in worlds with many options.
 
-    The exit status is 1 if a teacher that promises honesty makes a false claim or contradicts itself, or if feedback
-    that was not asked for leaks.
+    The exit status is 1 if a teacher that promises honesty makes a false claim or contradicts itself, or if
+    unrequested feedback leaks.
     """
     if by_claim and not bits:
         raise ValueError("--by-claim prints how much the claims of each class say; give --bits too, as in --bits 256")
@@ -223,7 +223,7 @@ def _print_families(found: list["Audit"]) -> None:
 
 
 def _print_claims(found: list["Audit"]) -> None:
-    """Print a row for each claim class of a family: how much its claims say."""
+    """Print a row per claim class of a family: the information of its claims."""
     from llf_teacher.registry import entry
     from teachers.information import Gain
 

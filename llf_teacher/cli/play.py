@@ -188,7 +188,7 @@ def _watch(
     seed: int,
     settings: dict[str, Any],
 ) -> None:
-    """An episode of a student and its teacher, shown turn by turn as it is played; `settings` are of `make`."""
+    """An episode of a student and its teacher, shown turn by turn; `settings` are those of `make`."""
     from llf_teacher.episodes.loop import play_turns
     from llf_teacher.episodes.recorder import Recorder
     from llf_teacher.gym import StudentEnv
@@ -229,7 +229,7 @@ def _watch(
 
 
 def _show_turn(console: Console, row: "TurnRow", family: str) -> None:
-    """A turn: the answer, what was taken as its action, the world, and the teacher's sentences with their verdicts."""
+    """A turn: the answer, the action that was read in it, the world, the teacher's sentences and their verdicts."""
     turn = prepare_turns([row._asdict()], family)[0]
     if row.turn:
         console.print(Text(f"Turn {row.turn}", "bold"))

@@ -166,7 +166,7 @@ class LLFEnv(LLFWrapper):
     def step(self, action: Any) -> tuple[dict[str, Any], SupportsFloat, bool, bool, dict[str, Any]]:
         """Act, natively or in words; the observation has feedback and no instruction.
 
-        A text that is no action costs a turn, and the feedback says what was expected.
+        A text that is not an action costs a turn, and the feedback says what was expected.
         """
         observation, reward, terminated, truncated, info = self.env.step(as_answer(action, self._student.session.world))
         if "parse_failure" in info and self._student.session.failure_reward is None:

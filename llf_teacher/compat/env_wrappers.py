@@ -29,7 +29,7 @@ EnvCompatibility = OldGym
 class TextWrapper(Forwarding):
     """Parses text actions as JSON; environments of `make` and those with text actions parse them themselves.
 
-    A text that is no action gets feedback and a reward of 0; the environment does not step.
+    A text that is not an action gets feedback and a reward of 0; the environment does not step.
     """
 
     def step(self, action: str) -> tuple[Any, SupportsFloat, bool, bool, dict[str, Any]]:

@@ -60,7 +60,7 @@ class LiveLesson:
         settings: the settings of the lesson, with a render mode.
         seed: the seed of the episode.
         people: the seats of people.
-        student: what plays the student's seat where no person has it.
+        student: plays the student's seat if no person has it.
         worlds: number of worlds for measuring the information of each claim; 0: no measurement.
 
     Raises:
@@ -182,7 +182,7 @@ class LiveLesson:
             for name in asked:
                 getattr(self._teacher_turn(name), name)()
             if method == "act" and self._policy is not None:
-                self._policy_action()  # it lives through the turn, and its action is that of the input
+                self._policy_action()  # the policy acts too, for its memory, but the input's action counts
             self._do(method, *arguments)
 
     def renderer(self, seat: str) -> EpisodeRenderer:
@@ -258,7 +258,7 @@ class LiveLesson:
 
     def _note(self) -> None:
         """Note the turn, now that the teacher has spoken."""
-        if len(self.rows) > self.session.moment.turn:  # it is played again, and known
+        if len(self.rows) > self.session.moment.turn:  # a repeated input, already noted
             return
         policy = self._policy
         answer = policy.record() if policy is not None and self.session.moment.turn else {}

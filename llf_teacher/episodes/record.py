@@ -36,7 +36,9 @@ class EpisodeSpec(NamedTuple):
     version: str
     """Version of this package, and of the distribution of the family; another version may play differently."""
     rules: str = ""
-    """Versions of the tree of seeds and of the family's rules, as in `2.1`; only equal ones are comparable."""
+    """Versions of the tree of seeds and of the family's rules, as in `2.1`; only episodes with equal versions are
+    comparable.
+    """
     lessons: int = 0
     """Number of lessons before this episode; if above 0, the episode is a test without teacher and feedback."""
     taught: str = ""
@@ -46,7 +48,7 @@ class EpisodeSpec(NamedTuple):
     sample: int = 0
     """Number of the sample; samples differ only in the student's random stream."""
     options: str = ""
-    """Options of the environment, as JSON, beside those of its id; empty: none."""
+    """Options of the environment, as JSON, beside its id's; empty: none."""
     draws: int = 0
     """Number of worlds for measuring the information of each claim, without effect on the lesson; 0: no measurement."""
     reader: str = "exact"
@@ -74,7 +76,7 @@ class TurnRow(NamedTuple):
     observation: str
     """The world as text, as the student saw it after this turn."""
     action: str | None
-    """JSON, in the form of `World.step`; null at the opening and for a text that was no action."""
+    """JSON, in the form of `World.step`; null at the opening and for a text that was not an action."""
     action_words: str | None
     """The action in words; null if it is a text itself."""
     reward: float
@@ -87,7 +89,7 @@ class TurnRow(NamedTuple):
     atoms: list[dict[str, Any]]
     """The claims that were said, each by `as_dict`; those of feedback have `information`, if it is measured."""
     answer: str | None = None
-    """The answer of a model, without thoughts; this and the rest are null for students that ask none."""
+    """The answer of a model, without thoughts; this and the rest are null for students without a model."""
     thought: str | None = None
     """Its thoughts, if they are marked or separate."""
     finish: str | None = None
@@ -100,13 +102,13 @@ class TurnRow(NamedTuple):
     seconds: float | None = None
     """From the request to the answer, when the answer was paid for."""
     unchecked: int | None = None
-    """Number of sentences of feedback without a claim; null if there are none, as the next one."""
+    """Number of sentences of feedback without a claim; null if there are none, like the next field."""
     changes: int | None = None
     """Number of sentences in which a rewriting voice changed numbers or names."""
     invented: str | None = None
     """The turns of others that a model invented, cut from its answer; null if there are none."""
     unbuilt: int | None = None
-    """Number of claims in messages that could not be made; null if there are none, as the next one."""
+    """Number of claims in messages that could not be made; null if there are none, like the next field."""
     withheld: int | None = None
     """Number of false claims that a teacher's filter kept back."""
     readings: list[dict[str, Any]] | None = None
@@ -156,7 +158,7 @@ class EpisodeRow(NamedTuple):
     followed: int
     """Number of these turns with an advised action of the student."""
     answers: int | None
-    """Number of answers of a model; this and the costs are null for students that ask none."""
+    """Number of answers of a model; this and the costs are null for students without a model."""
     truncated: int | None
     """Number of answers that were cut at the greatest length."""
     input_tokens: int | None

@@ -165,10 +165,10 @@ class Recorder:
 
 
 def _regret(oracle: Oracle[Any, Any], moment: Moment[Any]) -> float:
-    """The regret of a turn; the negated reward where the oracle has no values.
+    """The regret of a turn; the negated reward if the oracle has no values.
 
-    The sum of an episode then lacks what could be earned at best: a number that nobody knows, but the same for all
-    students and teachers in the same world, so that their differences are those of regret.
+    An episode's sum then lacks the best possible return. This is unknown, but the same for all students and teachers in a
+    world, so that their differences are differences of regret.
     """
     try:
         return oracle.regret(moment)

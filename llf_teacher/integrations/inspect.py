@@ -191,7 +191,7 @@ def suite(
     Experiments that need memory of earlier episodes are left out.
 
     Args:
-        quick, key: as of `llf suite`.
+        quick, key: as in `llf suite`.
         only: names of experiments.
         store: file for the references' episodes, which are played before the task begins.
         history, max_prompt_tokens: limits of the conversation that is sent; see `llf_teacher.Conversation`.

@@ -23,7 +23,7 @@ class PassingError(LLMError):
     Args:
         problem: the error.
         seconds: the pause that the endpoint asks for; None: it asks for none.
-        lost: whether there was no reply at all, so that the charge is unknown.
+        lost: whether the reply is missing, so that the charge is unknown.
     """
 
     def __init__(self, problem: str, seconds: float | None = None, lost: bool = False) -> None:

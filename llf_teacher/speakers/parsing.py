@@ -69,9 +69,9 @@ def speaks_freely(teacher: Any) -> bool:
 
 
 def parse_reader(reader: Any) -> Any:
-    """What reads sentences that are no phrases, as `pz_envs.text.claims.Model` has it; None for `none` and `exact`.
+    """The reader of sentences that are not phrases, a `pz_envs.text.claims.Model`; None for `none` and `exact`.
 
-    It is `llm_reader(...)`, or a function of the user's own, as in `module:function`.
+    It is `llm_reader(...)`, or a user's own function, as in `module:function`.
 
     Raises:
         ValueError: there is no such reader.
@@ -94,6 +94,6 @@ def parse_reader(reader: Any) -> Any:
 
 
 def reader_spec(reader: Any) -> str:
-    """The spec of a reader in canonical form; errors as of `parse_reader`."""
+    """The spec of a reader in canonical form; errors as in `parse_reader`."""
     found = parse_reader(reader)
     return f"{found}" if isinstance(found, Spec) else f"{reader}"

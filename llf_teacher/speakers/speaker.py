@@ -31,7 +31,7 @@ class Speaker(Spec, ABC):
         """The arguments of `llf_teacher.make` for one episode."""
 
     def check(self, environment: Mapping[str, str]) -> None:
-        """Check, before a study begins, that it can speak here; errors as of `Student.check`."""
+        """Check, before a study begins, that it can speak here; errors as in `Student.check`."""
 
     def facts(self) -> dict[str, Any]:
         """Entries for a study's manifest, as JSON values."""

@@ -123,7 +123,7 @@ class Agent(Student):
     factory: str
     """Name of the factory within it."""
     options: tuple[tuple[str, Any], ...] = ()
-    """Keyword arguments of the factory, in the order in which they were given."""
+    """Keyword arguments of the factory, in the given order."""
 
     policy = _Policy
 

@@ -116,7 +116,7 @@ class LearnerPolicy(Policy[L_co]):
 
     @abstractmethod
     def choose(self, wrong: Collection[Any] = ()) -> Any:
-        """Its own choice of an action, other than the wrong ones if possible."""
+        """Its own choice of an action, if possible not a wrong one."""
 
     @abstractmethod
     def take(self, action: Any) -> None:

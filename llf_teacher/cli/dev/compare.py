@@ -1,4 +1,4 @@
-"""`llf dev compare`: compare the behaviour of this installation with that of another."""
+"""`llf dev compare`: compare the behaviour of two installations."""
 
 from importlib.util import find_spec
 from typing import Annotated

@@ -156,7 +156,7 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
         return self._observe(), self._infos()
 
     def _first(self, seed: int | None) -> Any:
-        """The truth with which the scalar world begins."""
+        """The truth of the scalar world at its opening."""
         world = self.worlds.world
         world.reset(seed=seed)
         return world.truth

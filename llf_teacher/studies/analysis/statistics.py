@@ -148,7 +148,7 @@ def no_interval(table: Numbers) -> list[str]:
 
 
 def mean_band(values: ArrayLike) -> Band:
-    """Mean of each column with its interval, where there is one.
+    """Mean of each column with its interval, if there is one.
 
     Args:
         values: shape (n, m), one row per seed.

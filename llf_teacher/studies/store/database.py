@@ -402,7 +402,7 @@ class Store:
         return row
 
     def rows(self) -> Iterator[dict[str, Any]]:
-        """All episodes one by one, decoded, in the order in which they were written."""
+        """All episodes one by one, decoded, in the order of writing."""
         for row in map(dict, self._db.execute("SELECT * FROM episode")):
             yield {**row, "success": bool(row["success"]), "regrets": unpack_regrets(row["regrets"]).tolist()}
 

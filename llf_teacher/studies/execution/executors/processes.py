@@ -132,7 +132,7 @@ class _Processes(Generic[T, R]):
             self.submit(task)
 
     def cancel(self) -> list[T]:
-        """Have the processes drop tasks; a future's `cancel` could interrupt one that has begun."""
+        """Have the processes drop tasks; a future's `cancel` could interrupt a running one."""
         self._over.set()
         return []
 
