@@ -36,9 +36,7 @@ class EpisodeSpec(NamedTuple):
     version: str
     """Version of this package, and of the distribution of the family; another version may play differently."""
     rules: str = ""
-    """Versions of the tree of seeds and of the family's rules, as in `2.1`; only episodes with equal versions are
-    comparable.
-    """
+    """Versions of the tree of seeds and of the family's rules, as in `2.1`; only equal versions are comparable."""
     lessons: int = 0
     """Number of lessons before this episode; if above 0, the episode is a test without teacher and feedback."""
     taught: str = ""

@@ -167,8 +167,8 @@ class Recorder:
 def _regret(oracle: Oracle[Any, Any], moment: Moment[Any]) -> float:
     """The regret of a turn; the negated reward if the oracle has no values.
 
-    An episode's sum then lacks the best possible return. This is unknown, but the same for all students and teachers in a
-    world, so that their differences are differences of regret.
+    An episode's sum then lacks the best possible return. This is unknown, but the same for all students and teachers in
+    a world, so that their differences are differences of regret.
     """
     try:
         return oracle.regret(moment)
