@@ -37,15 +37,15 @@ GROUPS = {
     "Results": {
         "docs/results": (),
         "docs/what-personalities-do": (),
-        "docs/known-results": ("docs/known-results/*",),
+        "docs/known-results": (),
         "docs/teaching-on-a-budget": (),
         "docs/learn-to-teach": (),
         "docs/speed": (),
     },
     "Reference": {
         "docs/environments": ("docs/metaworld", "docs/catalogue", "docs/pictures"),
-        "docs/how-claims-are-checked": ("docs/claims-elsewhere", "docs/readings/README"),
-        "docs/statistics": (),
+        "docs/how-claims-are-checked": (),
+        "docs/statistics": ("docs/internals",),
         "docs/promises": (),
         "docs/for-reviewers": (),
         "docs/reference/README": ("docs/reference/*",),

@@ -1,7 +1,7 @@
 """An oracle of your own for FrozenLake, slippery or not, with all five kinds of feedback.
 
-It measures ways by networkx. Its claims are checked by another way: against the environment's own table of transitions,
-and by taking the step again.
+It measures ways by networkx (`pip install networkx`). Its claims are checked by another way: against the environment's
+own table of transitions, and by taking the step again.
 """
 
 from collections.abc import Sequence, Set

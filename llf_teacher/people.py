@@ -1,7 +1,7 @@
-"""Specs of people in the seats of an episode that was played in the browser.
+"""Specs of people in the seats of episodes from the browser.
 
-`llf_teacher.people:PersonLearning(code='p07')` is a student, `llf_teacher.people:PersonTeaching(code='p07')` a teacher.
-No program can play them: `llf serve --store` writes their episodes, which studies and reports read like all others.
+`llf_teacher.people:PersonLearning` is a student, `llf_teacher.people:PersonTeaching` a teacher. No program can play
+them. The page of `llf serve` exports their episodes as stores, which reports read like all others.
 """
 
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from teachers.personality import Claims, Personality, Stage, View, parse_persona
 
 __all__ = ["PersonLearning", "PersonTeaching"]
 
-_ABSENT = "is a person in the browser, whom no program can play; `llf serve --store` writes such episodes"
+_ABSENT = "is a person, whom no program can play; play such episodes on the page of `llf serve`"
 
 
 class _Stage(Stage["PersonTeaching"]):
@@ -32,12 +32,10 @@ class PersonTeaching(Personality):
         ValueError: an unknown speech or personality.
     """
 
-    code: str = ""
-    """The participant's code; empty without codes."""
     speech: str = "claims"
-    """The form of speech: `claims`, chosen from those on offer, or `message`, free text."""
+    """The form of speech: `claims`, chosen from a list, or `message`, free text."""
     offers: str = "oracle"
-    """The personality that offered claims or made suggestions."""
+    """The personality whose claims or suggestions the person saw."""
 
     source = "a person"
     honest = False
@@ -56,17 +54,10 @@ class PersonTeaching(Personality):
 
 
 class PersonLearning:
-    """A person in the student's seat, with the interface of agents.
-
-    Args:
-        code: the participant's; empty without codes.
-    """
+    """A person in the student's seat, with the interface of agents."""
 
     reads: ClassVar[str] = "words"
     text = True
-
-    def __init__(self, code: str = "") -> None:
-        self.code = code
 
     def reset(self, rng: np.random.Generator) -> NoReturn:
         """Refuse to play.
@@ -74,7 +65,7 @@ class PersonLearning:
         Raises:
             ValueError: always.
         """
-        raise ValueError(f"the student of code {self.code!r} {_ABSENT}")
+        raise ValueError(f"the student {_ABSENT}")
 
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> NoReturn:
         """Refuse to play.
@@ -82,4 +73,4 @@ class PersonLearning:
         Raises:
             ValueError: always.
         """
-        raise ValueError(f"the student of code {self.code!r} {_ABSENT}")
+        raise ValueError(f"the student {_ABSENT}")

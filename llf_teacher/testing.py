@@ -1,6 +1,6 @@
-"""For tests of teachers, students and traits of your own: `check_student(id, "mine")`, `check_trait(id, "mine")`.
+"""Checks for your own teachers, students and traits: `check_student(id, "mine")`, `check_trait(id, "mine")`.
 
-Each check of a student or a trait takes it and an environment, and raises an AssertionError that says what is wrong.
+Each check takes an environment and a student or a trait, and raises an AssertionError that describes the problem.
 """
 
 import copy
@@ -20,14 +20,12 @@ from llf_teacher.students.builtin.text_only import TextOnly
 from llf_teacher.students.parsing import STUDENTS, TRAITS, parse_student
 from llf_teacher.students.student import READS, Policy, Student
 from llf_teacher.students.trait import Trait
-from llf_teacher.studies.analysis.traits import evidence
 from llf_teacher.tools.audit import audit
-from llf_teacher.tools.recovery import transcripts
 from pz_envs.subject import Subject
 from teachers.seeds import Seeds
 from worlds.testing import plain, require
 
-_TURNS = 20  # of an episode, at most
+_TURNS = 20  # greatest number of turns of an episode
 _SEEDS = range(3)
 
 
@@ -38,7 +36,7 @@ def check_teacher(id: str | Subject, teacher: Any, **settings: Any) -> None:
         id, teacher, settings: as `llf_teacher.tools.audit.audit` takes them.
 
     Raises:
-        AssertionError: it does not; the message has what it said, and where.
+        AssertionError: it does not; the message has its words, and where it said them.
     """
     found = audit(id, teacher, **settings)
     require(found.turns > 0 and found.checked > 0, f"{found.teacher} made no claim in {found.id}: nothing to check")
@@ -83,7 +81,7 @@ def check_answers(student: Student, id: str | Subject) -> None:
 
 
 def check_silence(student: Student, id: str | Subject) -> None:
-    """It plays with a teacher that says nothing, too, where its actions are legal."""
+    """It also plays with a silent teacher, and its actions are legal."""
     env, policy = _seat(student, id, teacher="silent", feedback_type="n")
     for seed in _SEEDS:
         for action in _play(env, policy, seed):
@@ -152,7 +150,7 @@ def _seat(student: Student, id: str | Subject, **settings: Any) -> tuple[Student
 def _play(
     env: StudentEnv, policy: Policy[Any], seed: int, act: Callable[[Any, Any], Any] | None = None
 ) -> Iterator[Any]:
-    """The actions of an episode, up to one that is not legal, of a policy that sees how the episode ended."""
+    """The actions of a policy in an episode, up to the first illegal one; the policy sees the episode's end."""
     policy.reset(Seeds(seed).stream("student"))
     env.reset(seed=seed)
     view, session = env.student_view, env.session
@@ -243,27 +241,10 @@ def check_trait_student(trait: Trait, id: str | Subject) -> None:
         check(Obedient() | trait, id)
 
 
-def check_trait_recovery(trait: Trait, id: str | Subject) -> None:
-    """If its strength can be recovered, its likelihood does not rule out the strength that a student has.
-
-    A likelihood that is right rules it out once in 100,000 times.
-    """
-    if (where := trait.recovery) is not None and isinstance(id, str):
-        strong = dataclasses.replace(trait, **{trait.strength: where.strength})
-        total = evidence(strong, transcripts(strong, id, range(20)))
-        truth = total[np.abs(trait.strengths - where.strength).argmin()]
-        require(
-            total.max() - truth < _SURELY,
-            f"by its log_likelihood the strength of {strong} in {id} was {trait.strengths[total.argmax()]:g}",
-        )
-
-
-_SURELY = 9.8  # half the quantile of chi-squared at 1 - 1e-5
 TRAIT_CHECKS: tuple[Callable[[Trait, str | Subject], None], ...] = (
     check_trait_value,
     check_trait_absent,
     check_trait_agrees,
     check_trait_student,
-    check_trait_recovery,
 )
 """Every check of a trait."""

@@ -14,9 +14,10 @@ from pz_envs.settings import Settings
 from pz_envs.student_view import StudentView
 from pz_envs.subject import Subject
 from pz_envs.teacher_view import TeacherView
-from pz_envs.text_mode import read_text, read_verbatim
+from pz_envs.text.actions import read_text, read_verbatim
+from teachers.budget import Budget
 from teachers.personality import Personality
-from teachers.session import Purse, Read, Session
+from teachers.session import Read, Session
 from teachers.teacher import Teacher
 from worlds.pictures import TextPicture
 from worlds.world import World
@@ -37,19 +38,18 @@ def assemble(
     settings: Settings,
     *,
     personalities: Sequence[str | Personality | Teacher] = (),
-    purse: Purse | None = None,
+    budget: Budget | None = None,
     instructs: bool | None = None,
-    undoable: bool = False,
 ) -> Parts:
-    """The session of some settings, and its views.
+    """The session for some settings, and its views.
 
     Args:
         subject: what is taught.
         settings: how.
-        personalities: of several teachers, or these, each with a purse of its own; none: the one of the settings.
-        purse: cost and budget that the session shares with others; None: its own, by the settings.
+        personalities: several teachers or their personalities, each with a budget of its own; empty: the settings'
+        teacher.
+        budget: a budget that the session shares with others; None: a new one, by the settings.
         instructs: as of `Session`; None: if the teacher chooses what to say.
-        undoable: as of `Session`.
 
     Raises:
         ValueError: a setting is not allowed.
@@ -79,7 +79,7 @@ def assemble(
         world,
         teachers,
         max_turns=max_turns,
-        purses=[purse or Purse(settings.cost, settings.budget) for _ in teachers],
+        budgets=[budget or Budget(settings.cost, settings.budget) for _ in teachers],
         instructs=settings.speech != "message" if instructs is None else instructs,
         until_success=settings.until_success,
         repeated=subject.repeated,
@@ -87,7 +87,6 @@ def assemble(
         failure_reward=settings.failure_reward,
         read=_reader(world, settings.text),
         observer=renderer,
-        undoable=undoable,
     )
     student = StudentView(session, settings, image if settings.text else None, renderer)
     views = [TeacherView(session, settings.speech, settings.teacher_reward, i) for i in range(len(teachers))]
@@ -95,14 +94,13 @@ def assemble(
 
 
 def _teacher(subject: Subject, world: World[Any], teacher: str | Personality | Teacher, settings: Settings) -> Teacher:
-    """A teacher of a personality, or the one that is given."""
+    """The given teacher, or a new teacher with this personality."""
     if not isinstance(teacher, Teacher):
         return subject.make_teacher(world, teacher, **settings.wording)
     default = Settings().wording
     if changed := [name for name, value in settings.wording.items() if value != default.get(name)]:
         raise ValueError(
-            f"{', '.join(changed)}: a Teacher that is given as it is has its own; set it there, or give a personality "
-            "as the teacher"
+            f"{', '.join(changed)}: a given Teacher has its own; set it there, or give a personality as the teacher"
         )
     return teacher
 
@@ -115,9 +113,9 @@ def _reader(world: World[Any], text: bool) -> Read | None:
 
 
 def _image_space(subject: Subject, world: World[Any], picture: Any, text: bool) -> spaces.Space[Any]:
-    """The space of what is seen beside words: the world's own image, or its picture."""
+    """The space of the image beside the words: the world's own image, or its picture."""
     if subject.visual:
-        return copy.deepcopy(world.observation_space["image"])  # type: ignore[index]  # a Dict, if it has images
+        return copy.deepcopy(world.observation_space["image"])  # type: ignore[index]  # it is a Dict
     if type(picture) is TextPicture:
         raise ValueError(f"visual=True is not supported by {subject.name}: it has no images; allowed: False")
     if not text:

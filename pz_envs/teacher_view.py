@@ -1,4 +1,4 @@
-"""A teacher's view of a session: observations, actions, infos and rewards."""
+"""The teacher's view of a session: observations, actions, infos and rewards."""
 
 from collections.abc import Callable
 from typing import Any
@@ -9,8 +9,10 @@ from gymnasium import spaces
 from pz_envs.rewards import TeacherReward, parse_teacher_reward, student_reward
 from teachers.atoms import KINDS, ActionClaim, EditClaim, ParseFailure, PlanClaim, unhedged
 from teachers.common import Late
-from teachers.session import BIT, CLAIMS, LONGEST, SUBSETS, Session
+from teachers.feedback import BIT, SUBSETS
+from teachers.session import Session
 from teachers.teacher import Teacher
+from teachers.teacher_turn import CLAIMS, LONGEST
 from worlds.spaces import Prose
 
 __all__ = [
@@ -29,15 +31,15 @@ CHOICES = {"kinds": SUBSETS, "claims": 1 + CLAIMS}
 CLAIM_COLUMNS = (*KINDS, "action", "plan", "edit")
 """The columns of `TeacherView.table`: the kinds of claims, then their roles."""
 FEATURES = ("turn", "reward", "importance", "budget", "over")
-"""The names of the numbers of `teachers.session.Offer.features`."""
+"""The names of the numbers of `teachers.teacher_turn.TeacherTurn.features`."""
 SUBSET_BITS = np.array([[subset >> i & 1 for i in range(len(KINDS))] for subset in range(SUBSETS)], np.int8)
-"""Per subset 1 for each kind in it, else 0; int8 of shape (32, 5)."""
+"""For each subset, 1 for each kind in it, else 0; int8 of shape (32, 5)."""
 LEGAL = np.array([[int(not said & ~true) for said in range(SUBSETS)] for true in range(SUBSETS)], np.int8)
-"""Per subset of available kinds 1 for each subset that can be said, else 0; int8 of shape (32, 32)."""
+"""For each subset of available kinds, 1 for each subset that can be said, else 0; int8 of shape (32, 32)."""
 ACTIONS = ("all", "compact")
-"""The subsets a teacher chooses from: all, or those of the kinds that feedback type and oracle allow."""
+"""The subsets that a teacher chooses from: all, or only subsets of the kinds that feedback type and oracle allow."""
 _FLOAT = np.dtype(np.float32)
-_BITS, _MASKS = list(SUBSET_BITS), list(LEGAL)  # rows, which a list finds faster
+_BITS, _MASKS = list(SUBSET_BITS), list(LEGAL)  # a list of rows, since indexing it is faster
 
 
 class TeacherView:
@@ -47,14 +49,14 @@ class TeacherView:
         session: the session.
         speech: the form of its action: `message`, `kinds` or `claims`.
         reward: its reward of a student's turn; see `pz_envs.rewards`.
-        number: the teacher's, in the session.
+        number: the teacher's number in the session.
     """
 
     def __init__(
         self, session: Session, speech: str, reward: str | TeacherReward = "student_reward", number: int = 0
     ) -> None:
         self.session, self.speech, self.number = session, speech, number
-        self.offer = session.offers[number]
+        self.teacher_turn = session.teacher_turns[number]
         self.low, self.high = session.world.reward_range
         self._reward = parse_teacher_reward(reward)
         acts: dict[str, Callable[..., float]] = {
@@ -72,7 +74,7 @@ class TeacherView:
         """Speak.
 
         Returns:
-            The teacher's reward for that.
+            The teacher's reward for its words.
 
         Raises:
             ValueError: the action is outside the action space; nothing has changed.
@@ -85,16 +87,16 @@ class TeacherView:
         if session.asked:
             return 0.0
         moment, reward = session.moment, self._reward
-        return moment.reward if reward is student_reward else reward(moment, self.offer.teacher.oracle)
+        return moment.reward if reward is student_reward else reward(moment, self.teacher_turn.teacher.oracle)
 
     def observe(self, acts: bool = True) -> dict[str, Any]:
-        """The observation; `acts`: whether it is the teacher's turn; if not, only silence is legal."""
+        """The observation. `acts`: whether it is the teacher's turn; otherwise only silence is legal."""
         if self.speech == "message":
             return self.words()
-        available = self.offer.available()
+        available = self.teacher_turn.available()
         observation: dict[str, Any] = {
             "available": _BITS[available].copy(),
-            "features": np.fromiter(self.offer.features(self.offer.moment), _FLOAT, 5),
+            "features": np.fromiter(self.teacher_turn.features(self.teacher_turn.moment), _FLOAT, 5),
         }
         if self.session.ask_cost is not None:
             observation["asked"] = np.array([self.session.asked], np.int8)
@@ -107,15 +109,15 @@ class TeacherView:
 
     def info(self) -> dict[str, Any]:
         """The info: the privileged `moment`, and the claims, or the suggestion and the claims that can be said."""
-        offer = self.offer
-        info: dict[str, Any] = {"moment": offer.moment}
+        turn = self.teacher_turn
+        info: dict[str, Any] = {"moment": turn.moment}
         if self.speech == "kinds":
-            info["trimmed"] = offer.trimmed
+            info["trimmed"] = turn.trimmed
         elif self.speech == "message":
-            info |= {"suggestion": offer.suggestion(), "vocabulary": offer.vocabulary, "unbuilt": offer.unbuilt}
+            info |= {"suggestion": turn.suggestion(), "vocabulary": turn.vocabulary, "unbuilt": turn.unbuilt}
         else:
-            info |= {"claims": tuple(offer.listed()), "sentences": offer.sentences()}
-        if offer.asked:
+            info |= {"claims": tuple(turn.listed()), "sentences": turn.sentences()}
+        if turn.asked:
             info["asked"] = True
         return info
 
@@ -128,13 +130,13 @@ class TeacherView:
 
     def feature_bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Least and greatest values of the features, float32 arrays of shape (5,)."""
-        low, high = (0, self.low, 0, 0, 0), (1, self.high, self.offer.teacher.oracle.max_importance, 1, 1)
+        low, high = (0, self.low, 0, 0, 0), (1, self.high, self.teacher_turn.teacher.oracle.max_importance, 1, 1)
         return np.array(low, np.float32), np.array(high, np.float32)
 
     def table(self) -> np.ndarray:
-        """Per claim to choose from 1 for its kind and its role, else 0; int8 (32, 8), with columns `CLAIM_COLUMNS`."""
+        """For each available claim, 1 for its kind and its role, else 0; int8 (32, 8), with columns `CLAIM_COLUMNS`."""
         table = np.zeros((CLAIMS, len(CLAIM_COLUMNS)), np.int8)
-        for i, claim in enumerate(self.offer.listed()):
+        for i, claim in enumerate(self.teacher_turn.listed()):
             bare = unhedged(claim.claim if isinstance(claim, Late) else claim)
             roles = (isinstance(bare, role) for role in (ActionClaim, PlanClaim, EditClaim))
             table[i] = (*(claim.kind is kind for kind in KINDS), *roles)
@@ -143,7 +145,7 @@ class TeacherView:
     def choices(self) -> np.ndarray:
         """Which choices are legal, int8 (33,): 0 ends the turn, i says claim i - 1."""
         mask = np.zeros(1 + CLAIMS, np.int8)
-        mask[self.offer.choices()] = 1
+        mask[self.teacher_turn.choices()] = 1
         return mask
 
     def _choosing_space(self) -> spaces.Dict:
@@ -161,7 +163,7 @@ class TeacherView:
 
 
 def choices_of(actions: str, teacher: Teacher, speech: str = "kinds") -> tuple[int, ...]:
-    """The subsets that a teacher chooses from, by the number of its action.
+    """The subset that each action number of a teacher says.
 
     Raises:
         ValueError: `actions` is unknown, or needs `speech="kinds"`.

@@ -1,11 +1,16 @@
-"""Feedback types: which kinds of feedback are wanted."""
+"""Feedback types, which select kinds of feedback, and subsets of the kinds as numbers."""
 
 from collections.abc import Iterable, Set
+from typing import Any
 
 import numpy as np
 
-from teachers.atoms import KINDS, FeedbackType
+from teachers.atoms import KINDS, Claim, FeedbackType
 
+SUBSETS = 2 ** len(KINDS)
+"""Number of subsets of the kinds: bit i of a subset's number is kind i in the order r, hp, hn, fp, fn."""
+BIT = {kind: 1 << i for i, kind in enumerate(KINDS)}
+"""Per kind the number of the subset that contains only this kind."""
 ALL, NONE, MIXED = "a", "n", "m"
 _ALLOWED = (
     "'a' (all), 'n' (none), 'm' (a random subset each turn), or kinds among r, hp, hn, fp, fn "
@@ -44,9 +49,19 @@ def format_kinds(feedback_type: str | Iterable[str]) -> str:
 
 
 def draw_kinds(kinds: Set[FeedbackType], rng: np.random.Generator) -> frozenset[FeedbackType]:
-    """A uniformly drawn non-empty subset; empty if `kinds` is empty."""
+    """A random non-empty subset, uniform; empty if `kinds` is empty."""
     ordered = [kind for kind in KINDS if kind in kinds]
     if not ordered:
         return frozenset()
     bits = int(rng.integers(1, 2 ** len(ordered)))
     return frozenset(kind for i, kind in enumerate(ordered) if bits >> i & 1)
+
+
+def subset_of(claims: Iterable[Claim[Any]]) -> int:
+    """The kinds of some claims, as a subset's number."""
+    subset = 0
+    for claim in claims:
+        kind = claim.kind
+        if kind is not None:
+            subset |= BIT[kind]
+    return subset

@@ -2,7 +2,6 @@
 
 import gc
 import os
-import tempfile
 import zlib
 
 import numpy as np
@@ -13,8 +12,6 @@ from hypothesis import HealthCheck, settings
 import llf_teacher
 
 os.environ.pop("ALFWORLD_DATA", None)  # so that games are generated, here and in other processes
-_plans = tempfile.TemporaryDirectory(prefix="llf-plans-")  # of this process, and gone with it
-os.environ["LLF_CACHE"] = _plans.name
 
 _patient = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # other work may slow a machine
 settings.register_profile("new", _patient)  # pytest --hypothesis-profile=new: other examples and draws each time
@@ -32,6 +29,14 @@ def rng(request):
     """Draws of a test, of each run the same; with `--hypothesis-profile=new` others each time."""
     new = request.config.getoption("--hypothesis-profile") == "new"
     return np.random.default_rng(None if new else zlib.crc32(request.node.name.encode()))
+
+
+@pytest.fixture
+def no_settings(monkeypatch):
+    """No settings for language models but a test's own."""
+    for name in ("MODEL", "BASE_URL", "API_KEY", "CACHE", "BUDGET", "TIMEOUT", "RETRIES"):
+        monkeypatch.delenv(f"LLF_LLM_{name}", raising=False)
+        monkeypatch.delenv(f"OPENAI_{name}", raising=False)
 
 
 @pytest.fixture

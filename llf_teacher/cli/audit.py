@@ -10,7 +10,6 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from fnmatch import fnmatchcase
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -21,11 +20,9 @@ from rich.table import Table
 
 from llf_teacher import cli
 from llf_teacher.cli import print_missing, read_options, search_here
-from llf_teacher.escaping import escape_control_chars
 
 if TYPE_CHECKING:
     from llf_teacher.tools.audit import Audit
-    from llf_teacher.tools.transcript import TranscriptAudit
     from teachers.information import Gain
     from teachers.voice import Voice
 
@@ -40,7 +37,7 @@ def audit(
         list[str] | None,
         typer.Argument(
             metavar="ID",
-            help="Environments, or patterns such as 'llf-poem-*'; by default all. Or one FILE.jsonl: a transcript.",
+            help="Environments, or patterns such as 'llf-poem-*'; by default all.",
         ),
     ] = None,
     teacher: Annotated[
@@ -60,7 +57,7 @@ def audit(
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
     by_family: Annotated[bool, typer.Option("--by-family", help="Print one row for each family.")] = False,
     by_claim: Annotated[
-        bool, typer.Option("--by-claim", help="Print how often claims of each class would hold elsewhere.")
+        bool, typer.Option("--by-claim", help="Print one row for each class of claims; needs --bits.")
     ] = False,
     bits: Annotated[
         int,
@@ -70,13 +67,6 @@ def audit(
             help="Measure how much claims say after a basic instruction, by so many worlds, such as 256.",
         ),
     ] = 0,
-    reader: Annotated[
-        str | None,
-        typer.Option(
-            help="What reads a transcript's sentences that are not near the phrases: llm_reader(model=...), or "
-            "module:function."
-        ),
-    ] = None,
     option: Annotated[
         list[str] | None,
         typer.Option(help="Option of the environments' worlds, as NAME=VALUE; repeat it for several."),
@@ -84,18 +74,11 @@ def audit(
 ) -> None:
     """Check every claim of teachers, with many kinds of students, in worlds with many options.
 
-    The exit status is 1 if a teacher that promises honesty makes a false claim or contradicts itself, or if feedback
-    that was not asked for leaks.
-
-    A transcript from elsewhere, FILE.jsonl, is played again, and its sentences are read and checked;
-    docs/how-claims-are-checked.md has its form. The exit status is 2 if a line stops this; what was found before is
-    shown.
+    The exit status is 1 if a teacher that promises honesty makes a false claim or contradicts itself, or if
+    unrequested feedback leaks.
     """
-    if any(id.endswith(".jsonl") for id in ids or ()):
-        _transcript(ids or [], as_json, reader)
-        return
-    if reader is not None:
-        raise ValueError("--reader reads a transcript; give FILE.jsonl, or leave it out")
+    if by_claim and not bits:
+        raise ValueError("--by-claim prints how much the claims of each class say; give --bits too, as in --bits 256")
     from llf_teacher import registry
     from teachers.personality import PERSONALITIES, parse_personality
 
@@ -146,64 +129,8 @@ def audit(
         raise typer.Exit(1)
 
 
-def _transcript(paths: list[str], as_json: bool, reader: str | None) -> None:
-    """Print what the sentences of a transcript are: how they were read, which are false, and the share of these."""
-    from llf_teacher.speakers.parsing import NEAR, parse_reader
-    from llf_teacher.tools.transcript import audit_transcript
-
-    if len(paths) > 1:
-        raise ValueError(f"a transcript must be given alone, got {', '.join(paths)}; audit the others by themselves")
-    search_here()  # for `module:function`
-    model = parse_reader(reader or NEAR)
-    if hasattr(model, "check"):
-        model.check(os.environ)
-    try:
-        found = audit_transcript(Path(paths[0]), model)
-    except OSError as error:
-        raise ValueError(f"cannot read {paths[0]}: {error.strerror}") from None
-    if as_json:
-        print(json.dumps(found.as_dict(), indent=2))  # noqa: T201
-    else:
-        _print_transcript(found)
-    if found.problem:
-        raise ValueError(f"{found.problem}; from there on nothing is judged")
-
-
-def _print_transcript(found: "TranscriptAudit") -> None:
-    from llf_teacher.tools.transcript import LAYERS
-    from pz_envs.checking import MODEL, READ, READ_RIGHT
-
-    table = Table("layer", "sentences", "true", "false", box=None, padding=(0, 2, 0, 0))
-    for layer in LAYERS:
-        table.add_row(layer, *(f"{found.count(layer, holds=holds)}" for holds in (None, True, False)))
-    console = Console(emoji=False, highlight=False)
-    console.print(table)
-    for each in found.sentences:
-        if (said := each.checked).holds is False:
-            text = escape_control_chars(f"line {each.line}, turn {each.turn}: {said.text}\n  {said.claim}")
-            console.print(text, style="red", markup=False, soft_wrap=True)
-    for sentence, outcome, number in found.unread:
-        text = escape_control_chars(f"{outcome} ({number}): {sentence:.200}")
-        console.print(text, style="yellow", markup=False, soft_wrap=True)
-    if found.failures:
-        lines = ", ".join(map(str, found.failures))
-        console.print(f"No action, but a turn: what the student did in line {lines}.", soft_wrap=True)
-    if (share := found.share) is not None:
-        console.print(
-            f"False: {share[0]:.0%} of what was read without a model; with the errors of the reader, of which "
-            f"{READ_RIGHT} of {READ} readings were right, between {share[1]:.0%} and {share[2]:.0%} (95 %).",
-            soft_wrap=True,
-        )
-    if by_model := found.count(MODEL):
-        console.print(
-            f"False: {found.count(MODEL, holds=False)} of the {by_model} that the model read; how often it errs is not "
-            "known, so that there is no interval.",
-            soft_wrap=True,
-        )
-
-
 def _matching(patterns: list[str], names: Iterable[str], other: Callable[[str], str]) -> list[str]:
-    """The names that match a pattern, each once; `other` converts a pattern without a match, or raises an error."""
+    """The names that match the patterns, each once; `other` converts a pattern without a match, or raises an error."""
     found: dict[str, None] = {}
     for pattern in patterns:
         found.update(dict.fromkeys([name for name in names if fnmatchcase(name, pattern)] or [other(pattern)]))
@@ -233,7 +160,7 @@ def _audit(
 
 
 def _voice(name: str) -> "Voice":
-    """The name of a voice, or the function that `module:function` names.
+    """The name of a voice, or the function for `module:function`.
 
     Raises:
         ValueError: there is no such voice or function.
@@ -253,7 +180,7 @@ def _voice(name: str) -> "Voice":
 
 
 def _print_families(found: list["Audit"]) -> None:
-    """Print a row for each family: the oracle's claims and words in a turn, and the false claims of all teachers."""
+    """Print a row per family: the oracle's claims and words in a turn, and the false claims of all teachers."""
     from llf_teacher.registry import entry
     from teachers.atoms import KINDS, Label
 
@@ -269,7 +196,6 @@ def _print_families(found: list["Audit"]) -> None:
         "claims",
         "false",
         "contradictions",
-        "elsewhere",
         *liars,
     ):
         table.add_column(column, justify="left" if column == "family" else "right")
@@ -291,45 +217,36 @@ def _print_families(found: list["Audit"]) -> None:
             f"{sum(each.checked for each in honest):,}",
             f"{sum(each.count(Label.DISTORTED) for each in honest):,}",
             f"{sum(each.contradictions for each in honest):,}",
-            _share_elsewhere(oracles),
             *(_share_false([each for each in audits if each.teacher == liar]) for liar in liars),
         )
     Console(emoji=False, width=200).print(table)
 
 
 def _print_claims(found: list["Audit"]) -> None:
-    """Print a row for each claim class of a family: how often its claims hold elsewhere, and why they are said."""
+    """Print a row per claim class of a family: the information of its claims."""
     from llf_teacher.registry import entry
-    from llf_teacher.tools.elsewhere import Elsewhere
     from teachers.information import Gain
 
-    measured = any(each.gains for each in found)
-    numbers = ["another action", "another moment", *(["measured", *_GAINS] if measured else [])]
     table = Table(box=None, padding=(0, 2, 0, 0))
-    for column in ("family", "claim", *numbers, "says little, because"):
-        table.add_column(column, justify="right" if column in numbers else "left")
-    together: dict[tuple[str, str], Elsewhere] = {}
+    for column in ("family", "claim", "measured", *_GAINS):
+        table.add_column(column, justify="left" if column in ("family", "claim") else "right")
     gains: dict[tuple[str, str], Gain] = {}
     for each in found:
-        for name, places in each.elsewhere.items():
+        for name, gain in each.gains.items():
             key = entry(each.id).family.name, name.rpartition(".")[2]
-            together[key] = places + together.get(key, Elsewhere())
-            gains[key] = each.gains.get(name, Gain()) + gains.get(key, Gain())
-    for (family, name), places in sorted(together.items()):
-        shares = ("" if share is None else f"{share:.0%}" for share in places.shares)
-        gain = gains[family, name]
-        said = [f"{gain.claims:,}", *_gains(gain, gain.claims)] if measured else []
-        table.add_row(escape(family), name, *shares, *said, places.commonplace or "NO REASON" * places.empty)
+            gains[key] = gain + gains.get(key, Gain())
+    for (family, name), gain in sorted(gains.items()):
+        table.add_row(escape(family), name, f"{gain.claims:,}", *_gains(gain, gain.claims))
     Console(emoji=False, width=200).print(table)
 
 
 _WIDE = 110  # characters
 _GAINS = ("bits", "a word", "saved", "a bit")
-"""Columns: bits of a claim or in a turn, bits of a word, regret saved likewise, regret saved by a bit."""
+"""Columns: bits per claim or turn, bits per word, regret saved per claim or turn and per word, regret saved per bit."""
 
 
 def _gains(gain: "Gain", number: int) -> list[str]:
-    """Those columns, for so many claims or turns."""
+    """These columns, for a number of claims or turns."""
     if not gain.claims or not number:
         return ["-"] * len(_GAINS)
     bound = ">" if gain.at_least else ""
@@ -343,18 +260,11 @@ def _gains(gain: "Gain", number: int) -> list[str]:
 
 
 def _share_false(audits: list["Audit"]) -> str:
-    """The number of false claims among those of feedback; claims of instructions and notices are not counted."""
+    """The number of false claims of feedback, without instructions and notices."""
     from teachers.atoms import Label
 
     said = sum(number for each in audits for (kind, _), number in each.claims.items() if kind is not None)
     return f"{sum(each.count(Label.DISTORTED) for each in audits):,} of {said:,}"
-
-
-def _share_elsewhere(audits: list["Audit"]) -> str:
-    """The share of other moments in which claims of feedback hold."""
-    places = [each for audit in audits for each in audit.elsewhere.values()]
-    moments = sum(each.moments for each in places)
-    return f"{sum(each.held_moments for each in places) / moments:.0%}" if moments else ""
 
 
 def _print(found: list["Audit"]) -> None:
@@ -433,7 +343,7 @@ def _print(found: list["Audit"]) -> None:
 
 
 def _print_hedges(console: Console, found: list["Audit"]) -> None:
-    """Print how often the hedged claims of each teacher hold, by the probability with which they were said."""
+    """Print how often the hedged claims of each teacher hold, by their stated probability."""
     for each in found:
         hedges = each.hedges
         table = Table("said", "sentences", "mean", "hold", box=None, padding=(0, 2, 0, 0))
@@ -449,7 +359,7 @@ def _print_hedges(console: Console, found: list["Audit"]) -> None:
 
 
 def summary(found: list["Audit"]) -> str:
-    """What the audits found, with all that makes the exit status 1."""
+    """The findings of the audits, with everything that makes the exit status 1."""
     from teachers.atoms import Label
 
     honest = [each for each in found if each.honest]

@@ -12,20 +12,20 @@ _NEXT = {
         "llf play llf-{id}-v0",
         "llf dev golden tests/golden llf-{id}-v0",
         "llf dev tables",
-        "llf dev public tests/public.txt",
+        "pytest -n0 tests/repository/test_public.py",
     ),
     "personality": (
         "Change it into what you want; CONTRIBUTING.md says what it may do. Then run:",
         "pytest -n0 tests/teachers/test_{name}.py",
         "llf play llf-gridworld-v0 --teacher {name}",
         "llf dev tables",
-        "llf dev public tests/public.txt",
+        "pytest -n0 tests/repository/test_public.py",
     ),
     "student": (
         "Change it into what you want; CONTRIBUTING.md says what it may do. Then run:",
         "pytest -n0 tests/llf_teacher/test_{name}.py",
         "llf play llf-gridworld-v0 --seat teacher --student {name}",
-        "llf dev public tests/public.txt",
+        "pytest -n0 tests/repository/test_public.py",
     ),
     "trait": (
         "Change it into what you want; CONTRIBUTING.md says what it may do. Then run:",
@@ -33,7 +33,7 @@ _NEXT = {
         "llf play llf-gridworld-v0 --seat teacher --student 'obedient | {name}'",
     ),
 }
-"""Per kind what to do next: a sentence, and commands."""
+"""The next step for each kind: a sentence, and commands."""
 
 
 def add_to(app: typer.Typer) -> None:
@@ -48,7 +48,7 @@ def new(
 ) -> None:
     """Begin a family, a personality, a student or a trait of your own: small files that work and pass their kits.
 
-    Files that are there stay as they are.
+    Existing files stay unchanged.
     """
     from llf_teacher.tools.scaffold import id_of, write
 

@@ -1,6 +1,7 @@
-"""`llf play`: play the student or the teacher in the terminal."""
+"""`llf play`: play the student or the teacher in the terminal, or watch a student with its teacher."""
 
 import math
+import os
 import re
 import secrets
 from collections.abc import Callable
@@ -14,24 +15,28 @@ from rich.text import Text
 from llf_teacher import cli
 from llf_teacher.cli import complete_id, complete_student, complete_teacher, read_options, search_here
 from llf_teacher.escaping import escape_control_chars
+from llf_teacher.models.replies import LENGTH
+from llf_teacher.theme.turns import prepare_turns
 from pz_envs.seats import STUDENT, TEACHER
 from teachers.atoms import KINDS, ParseFailure
 from teachers.feedback import parse_kinds
 from teachers.spec import unknown
 from teachers.terminal import Waiting
-from teachers.words import KIND_MEANINGS, KIND_WORDS
+from teachers.words import KIND_MEANINGS, KIND_WORDS, VERDICTS, VerdictWord, kind_word
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from llf_teacher.episodes.live import LiveLesson
+    from llf_teacher.episodes.record import TurnRow
     from teachers.atoms import Claim
-    from teachers.session import Offer, Session
+    from teachers.session import Session
+    from teachers.teacher_turn import TeacherTurn
 
 UNDO, HELP, QUIT = "undo", ("?", "help"), ("q", "quit", "exit")
-"""What a person types to take a turn back, to read the rules again, and to leave.
+"""The words that a person types to take a turn back, to read the rules again, and to leave.
 
-To leave a world that has such an action, and in any line of a text of several lines, a colon stands before the word.
+A colon before the word makes it a command where it may also be an action, and in any line of a text of several lines.
 """
 _CERTAIN = ":"
 _COMMANDS = f"Type {UNDO} to take a turn back, {HELP[0]} for the rules, {QUIT[0]} or Ctrl-D to leave."
@@ -48,7 +53,7 @@ _STYLES = {
     "fp": "bold blue",
     "fn": "bold yellow",
 }
-"""Per role of a piece of text, and per kind of feedback, how it looks in a terminal that has colours."""
+"""The style of each role of text and each kind of feedback in a terminal with colours."""
 
 
 def add_to(app: typer.Typer) -> None:
@@ -58,17 +63,24 @@ def add_to(app: typer.Typer) -> None:
 
 def play(
     id: Annotated[str, typer.Argument(help="Environment, as `llf list` shows it.", autocompletion=complete_id)],
-    seat: Annotated[str, typer.Option(help="Your seat: student or teacher.")] = "student",
+    seat: Annotated[
+        str | None, typer.Option(help="Your seat: student, the default without --student, or teacher.")
+    ] = None,
     teacher: Annotated[
         str,
         typer.Option(
-            help="Spec of the teacher's personality; in the teacher's seat, of the one that offers you claims.",
+            help="Spec of the teacher's personality; in the teacher's seat, of the one that offers you claims. To "
+            "watch, also llm_teacher(...) or module:factory.",
             autocompletion=complete_teacher,
         ),
     ] = "oracle",
     student: Annotated[
-        str, typer.Option(help="Spec of the student that you teach.", autocompletion=complete_student)
-    ] = "obedient",
+        str | None,
+        typer.Option(
+            help="Spec of the student that you teach, by default obedient; without --seat you watch it.",
+            autocompletion=complete_student,
+        ),
+    ] = None,
     instruction_type: cli.InstructionType = "b",
     feedback_type: cli.FeedbackType = "a",
     budget: Annotated[int | None, typer.Option(help="Most claims that you can make as the teacher.")] = None,
@@ -88,12 +100,23 @@ def play(
 ) -> None:
     """Play the student: read the feedback and type actions. Or play the teacher: choose the feedback, or word it.
 
-    `undo` takes a turn back, `?` or `help` shows the rules; `q`, `quit`, `exit` or Ctrl-D leaves, and `:q` does where
-    `q` may be an answer. What is no action, or not among those that the world lists, costs no turn. An empty line ends
-    a text of several lines and is ignored elsewhere. Set NO_COLOR to switch colours off.
+    With `--student` and without `--seat`, watch: turn by turn the student's answer, the action that was read in it, the
+    teacher's words, and whether each sentence is true.
+
+    `undo` takes a turn back, `?` or `help` shows the rules. `q`, `quit`, `exit` or Ctrl-D leaves; where `q` may be an
+    answer, type `:q`. A text that is not an action, or not an action that the world lists, costs no turn. An empty line
+    ends a text of several lines and is ignored elsewhere. Set NO_COLOR to switch colours off.
     """
-    if seat not in ("student", "teacher"):
+    if seat is None:
+        seat = "student" if student is None else "none"
+    elif seat == "student" and student is not None:
+        raise ValueError(f"with --seat student you are the student, got --student {student!r}; leave out one of them")
+    elif seat not in ("student", "teacher"):
         raise ValueError(f"seat {seat!r} is unknown; allowed: student, teacher")
+    if seat == "none" and (bits or own_words or budget is not None):
+        raise ValueError(
+            "--bits, --own-words and --budget are for your own seat; use --seat teacher, or leave them out"
+        )
     if bits and seat == "student":
         raise ValueError("a student cannot see how much claims say; use --seat teacher, or leave out --bits")
     if own_words and (bits or seat == "student"):
@@ -102,13 +125,18 @@ def play(
         )
         raise ValueError(f"{why}, or leave out --own-words")
     console = Console(emoji=False, highlight=False)
+    seed = secrets.randbelow(2**31) if seed is None else seed
+    if seat == "none":
+        given = {"instruction_type": instruction_type, "feedback_type": feedback_type, "max_turns": max_turns}
+        _watch(console, id, student or "", teacher, seed, given | read_options(option))
+        return
     try:
         with Waiting(f"Preparing {id}"):
             lesson = _lesson(
                 id,
                 seat,
-                student,
-                secrets.randbelow(2**31) if seed is None else seed,
+                student or "obedient",
+                seed,
                 bits,
                 read_options(option),
                 teacher=teacher,
@@ -131,7 +159,7 @@ def play(
 def _lesson(
     id: str, seat: str, student: str, seed: int, worlds: int, options: dict[str, Any], **settings: Any
 ) -> "LiveLesson":
-    """The lesson with a person in a seat."""
+    """A lesson with a person in a seat."""
     from llf_teacher.episodes.live import LiveLesson
     from llf_teacher.registry import entry
     from llf_teacher.students.parsing import parse_student
@@ -150,6 +178,85 @@ def _lesson(
         **settings,
     )
     return LiveLesson(found, lesson, seed, frozenset((TEACHER if teaches else STUDENT,)), player, worlds)
+
+
+def _watch(
+    console: Console,
+    id: str,
+    student: str,
+    teacher: str,
+    seed: int,
+    settings: dict[str, Any],
+) -> None:
+    """An episode of a student and its teacher, shown turn by turn; `settings` are those of `make`."""
+    from llf_teacher.episodes.loop import play_turns
+    from llf_teacher.episodes.recorder import Recorder
+    from llf_teacher.gym import StudentEnv
+    from llf_teacher.models import LLMError
+    from llf_teacher.speakers.parsing import NOBODY, PHRASES, speaks_freely
+    from llf_teacher.speakers.speaker import Speaker
+    from llf_teacher.students.parsing import parse_student
+    from llf_teacher.studies.definition.custom_specs import arguments_of, parse_teacher
+
+    search_here()
+    player, taught = parse_student(student), parse_teacher(teacher)
+    player.check(os.environ)
+    if isinstance(taught, Speaker):
+        taught.check(os.environ)
+    with Waiting(f"Preparing {id}"):
+        env = StudentEnv(id, **settings | arguments_of(taught, settings["feedback_type"]), text=player.text)
+        policy = player.seat(env.family, env.session.world)
+        recorder = Recorder(env.family.name, env.student_view, env.teacher)
+        recorder.read(env.family, PHRASES if speaks_freely(taught) else NOBODY)
+    _put(console, Text(f"Seed {seed}. Student: {player}. Teacher: {taught}. Ctrl-C leaves.", "dim"))
+    try:
+        turns = play_turns(env, policy, seed)
+        while True:
+            with Waiting("Waiting for student and teacher"):
+                turn = next(turns, None)
+            if turn is None:
+                break
+            _show_turn(console, recorder.note(**(policy.record() if turn.moment.turn else {})), env.family.name)
+    except LLMError as error:
+        raise ValueError(f"{error}") from None
+    except KeyboardInterrupt:
+        console.print("\nYou left the episode.")
+        return
+    finally:
+        env.close()
+    last, found = recorder.rows[-1], recorder.episode(policy.reads)
+    _say_result(console, last.turn, last.success, found.total_reward)
+
+
+def _show_turn(console: Console, row: "TurnRow", family: str) -> None:
+    """A turn: the answer, the action that was read in it, the world, the teacher's sentences and their verdicts."""
+    turn = prepare_turns([row._asdict()], family)[0]
+    if row.turn:
+        console.print(Text(f"Turn {row.turn}", "bold"))
+        if row.thought:
+            _put_beside(console, Text("thinks: ", "dim"), Text(escape_control_chars(row.thought), "dim"))
+        if row.answer is not None:
+            cut = " (cut at max_tokens)" if row.finish == LENGTH else ""
+            _put_beside(console, Text(f"answers{cut}: ", "bold"), Text(escape_control_chars(row.answer or "(nothing)")))
+        taken = Text("none: the answer is no action", "red")
+        if row.parse_failure is None:
+            taken = Text(escape_control_chars(f"{turn['did']}"), "bold")
+        _put_beside(console, Text("action: ", "bold"), taken)
+        console.print(f"reward: {row.reward:.4g}")
+    _put_beside(console, Text("sees: ", "dim"), Text(escape_control_chars(row.observation), "dim"))
+    said: list[tuple[Any, str, VerdictWord | None]]
+    said = [(each["kind"], each["text"], VERDICTS[each["label"]]) for each in turn["atoms"]]
+    said += [(each["kind"], each["text"], VERDICTS.get(each["label"])) for each in turn["own"]]
+    if not said and (words := row.instruction if not row.turn else row.feedback):
+        said = [(None, words, None)]
+    for kind, text, verdict in said:
+        word = "unchecked" if verdict is None else f"{verdict}"
+        style = "" if verdict is None or verdict.holds is None else "green" if verdict.holds else "red"
+        lead = Text(f"teacher, {kind_word(kind, not row.turn)} ", _STYLES.get(kind or "", "bold"))
+        _put_beside(console, lead.append(f"[{word}]: ", style), Text(escape_control_chars(text)))
+    if not said:
+        console.print(Text("teacher: (says nothing)", "dim"))
+    console.print()
 
 
 def _learn(console: Console, lesson: "LiveLesson") -> None:
@@ -174,7 +281,7 @@ def _learn(console: Console, lesson: "LiveLesson") -> None:
 
 
 def _answer(console: Console, lesson: "LiveLesson", prompt: str) -> str | None:
-    """What a person answers: an action or `UNDO`; None if it is neither, and a message says so."""
+    """A person's answer: an action or `UNDO`; None for anything else, after a message."""
     session = lesson.session
     several_lines = session.world.several_lines
     text = _ask(console, prompt, several_lines)
@@ -194,7 +301,7 @@ def _answer(console: Console, lesson: "LiveLesson", prompt: str) -> str | None:
 
 
 def _command(text: str) -> tuple[str, bool]:
-    """A text as a command would be written, and whether it can be nothing else, by the colon before it."""
+    """A text in the form of a command, and whether a colon marks it as a command."""
     words = text.strip().lower()
     named = words.removeprefix(_CERTAIN)
     certain = named != words and named in (UNDO, *HELP, *QUIT)
@@ -202,7 +309,7 @@ def _command(text: str) -> tuple[str, bool]:
 
 
 def _refusal(session: "Session", text: str) -> str:
-    """Why a text is no action that can be taken now; empty if it is one."""
+    """Why a text is not an action that can be taken now; empty if it is."""
     read = session.read(text)
     if isinstance(read, ParseFailure):
         return f"{read.why}. Expected: {read.expected}"
@@ -221,8 +328,8 @@ def _explain(console: Console, session: "Session") -> None:
 
 
 def _teach(console: Console, lesson: "LiveLesson") -> None:
-    """An episode in the teacher's seat, which sees the truth, and how much it would say if that is measured."""
-    session, offer = lesson.session, lesson.teacher_view.offer
+    """An episode in the teacher's seat, which shows the truth and, if measured, the information of each claim."""
+    session, turn = lesson.session, lesson.teacher_view.teacher_turn
     _greet(console, lesson)
     _put(console, Text(escape_control_chars(session.instruction), "bold"))
     while not lesson.over:
@@ -236,7 +343,7 @@ def _teach(console: Console, lesson: "LiveLesson") -> None:
         heard = session.feedback if lesson.settings.speech == "kinds" else lesson.rows[-1].instruction or ""
         _put(console, Text(escape_control_chars(heard), "green"))
         _understood(console, lesson)
-    _sum_up(console, lesson, offer.purse.cost * offer.purse.spent)
+    _sum_up(console, lesson, turn.budget.cost * turn.budget.spent)
 
 
 def _greet(console: Console, lesson: "LiveLesson") -> None:
@@ -250,7 +357,7 @@ def _put(console: Console, text: Text) -> None:
 
 
 def _put_beside(console: Console, lead: Text, text: Text) -> None:
-    """Text whose lines all begin to the right of `lead`."""
+    """Text with every line indented by the width of `lead`."""
     lines = text.wrap(console, max(console.width - len(lead), 1))
     console.print(lead + Text(f"\n{' ' * len(lead)}").join(lines), soft_wrap=True)
 
@@ -268,7 +375,7 @@ def _styled(pieces: "Iterable[tuple[str, str]]") -> Text:
 
 
 def _fitted(drawn: Text, width: int) -> Text:
-    """A map as it is, or, if it is wider than the terminal, the part around the student, and a line that says so."""
+    """A map, or, if it is wider than the terminal, its part around the student, with a note."""
     lines = drawn.split("\n", allow_blank=True)
     here = next((span for span in drawn.spans if span.style == _STYLES["here"]), None)
     widest = max(map(len, lines))
@@ -281,7 +388,7 @@ def _fitted(drawn: Text, width: int) -> Text:
 
 
 def _cut(line: Text, left: int, right: int) -> Text:
-    """Part of a line, with an ellipsis for each word that would be cut."""
+    """Part of a line; an ellipsis stands for each word at an edge."""
     kept = line[left:right]
     for word in re.finditer(r"\S+", line.plain):
         begin, end = max(word.start(), left), min(word.end(), right)
@@ -291,7 +398,7 @@ def _cut(line: Text, left: int, right: int) -> Text:
 
 
 def _say(console: Console, lesson: "LiveLesson") -> None:
-    """What the teacher said, each sentence with its kind."""
+    """The teacher's sentences, each with its kind."""
     for sentence in lesson.view.require_renderer().sentences:
         style = _STYLES.get(sentence.kind or "", "bold")
         word = f"{KIND_WORDS[sentence.kind]}: " if sentence.kind else ""
@@ -310,17 +417,19 @@ def _take_back(console: Console, lesson: "LiveLesson", seat: str) -> None:
 
 def _sum_up(console: Console, lesson: "LiveLesson", costs: float) -> None:
     moment = lesson.session.moment
-    solved = "solved" if moment.success else "not solved"
-    total = math.fsum(row.reward for row in lesson.rows) - costs
-    console.print(f"Over after {moment.turn} turns: {solved}, total reward {total:.4g}.")
+    _say_result(console, moment.turn, moment.success, math.fsum(row.reward for row in lesson.rows) - costs)
+
+
+def _say_result(console: Console, turns: int, success: bool, total: float) -> None:
+    solved = "solved" if success else "not solved"
+    console.print(f"Over after {turns} turns: {solved}, total reward {total:.4g}.")
 
 
 def _word(console: Console, lesson: "LiveLesson", explain: Callable[[], None]) -> str | None:
-    """What a person says in its own words; None: undo."""
-    from teachers.session import LONGEST
+    """A person's own words; None: undo."""
+    from teachers.teacher_turn import LONGEST
 
-    offer = lesson.teacher_view.offer
-    _put(console, Text(escape_control_chars(f"{lesson.settings.teacher} would say: {offer.suggestion()}"), "dim"))
+    _put(console, Text(escape_control_chars(f"{lesson.settings.teacher} would say: {lesson.suggestion()}"), "dim"))
     prompt = "What do you say? (empty: nothing)> "
     if not lesson.rows:
         prompt = "Your first words are the instruction, not checked. What do you say? (empty: the text above)> "
@@ -340,7 +449,7 @@ def _word(console: Console, lesson: "LiveLesson", explain: Callable[[], None]) -
 
 
 def _understood(console: Console, lesson: "LiveLesson") -> None:
-    """What was read of the last words of a person, and whether it holds."""
+    """The claims that were read in a person's last words, and whether they hold."""
     from llf_teacher.theme.turns import read_sentence
     from teachers.words import VERDICTS
 
@@ -352,22 +461,22 @@ def _understood(console: Console, lesson: "LiveLesson") -> None:
 
 
 def _choose(console: Console, lesson: "LiveLesson", explain: Callable[[], None]) -> int | None:
-    """The subset of the kinds that a person types, asked until it is one, none once the budget is spent; None: undo."""
-    offer = lesson.teacher_view.offer
-    purse = offer.purse
-    claims = [claim for claim in offer.claims() if claim.kind is not None] if purse.left else []
+    """The subset of kinds that a person types, asked until it is valid; empty once the budget is spent; None: undo."""
+    turn = lesson.teacher_view.teacher_turn
+    budget = turn.budget
+    claims = [claim for claim in lesson.claims() if claim.kind is not None] if budget.left else []
     bits = lesson.weigh(claims)
     for i, claim in enumerate(claims):
         kind = f"{claim.kind}"
         lead = Text("  ").append(f"{kind:2} {KIND_WORDS[claim.kind]}: ", _STYLES[kind])
-        said = Text(escape_control_chars(_worded(claim, offer)))
+        said = Text(escape_control_chars(_worded(claim, turn)))
         if bits:
             said.append(f"  {bits[i].described}", "dim")
         _put_beside(console, lead, said)
-    left = "" if purse.budget is None else f"; {purse.left} of {purse.budget} left"
+    left = "" if budget.limit is None else f"; {budget.left} of {budget.limit} left"
     prompt = f"Say which kinds of {', '.join(KINDS)}? (a: all, empty: none{left})> "
-    if not purse.left:
-        prompt = f"Your budget of {purse.budget} is spent, so that you can say nothing more. Enter to go on> "
+    if not budget.left:
+        prompt = f"Your budget of {budget.limit} is spent, so that you can say nothing more. Enter to go on> "
     while True:
         text = console.input(prompt)
         command, _ = _command(text)
@@ -378,7 +487,7 @@ def _choose(console: Console, lesson: "LiveLesson", explain: Callable[[], None])
         if command in HELP:
             explain()
             continue
-        if not purse.left:
+        if not budget.left:
             return 0
         words = text.lower().replace("+", " ").replace(",", " ").split()
         try:
@@ -389,13 +498,13 @@ def _choose(console: Console, lesson: "LiveLesson", explain: Callable[[], None])
         return sum(1 << i for i, kind in enumerate(KINDS) if kind in kinds)
 
 
-def _worded(claim: "Claim[Any]", offer: "Offer") -> str:
-    """A claim in the first of its paraphrases; which one is said is drawn when it is."""
+def _worded(claim: "Claim[Any]", turn: "TeacherTurn") -> str:
+    """A claim in its first wording; when it is said, the wording is drawn."""
     import numpy as np
 
     from teachers.phrasebook import Draws
 
-    return offer.teacher.voice.say((claim,), offer.moment.turn, Draws(np.random.default_rng(0)), 0)
+    return turn.teacher.voice.say((claim,), turn.moment.turn, Draws(np.random.default_rng(0)), 0)
 
 
 def _ask(console: Console, prompt: str, several_lines: bool) -> str:

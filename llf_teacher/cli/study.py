@@ -35,10 +35,10 @@ Workers_ = Annotated[
 
 
 class _StudyCommands(Commands):
-    """Runs `llf study FILE.toml` as `llf study run FILE.toml`."""
+    """Treats `llf study FILE.toml` as `llf study run FILE.toml`."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """The command that the arguments begin with."""
+        """The command that the first argument names; `run` if that is a TOML file."""
         named = args[0] in self.commands or not args[0].endswith(".toml")
         return super().resolve_command(ctx, args if named else ["run", *args])
 
@@ -55,7 +55,6 @@ def add_to(app: typer.Typer) -> None:
     group.command("report")(report)
     group.command("check")(check)
     group.command("archive")(archive)
-    group.command("migrate")(migrate)
     group.command("export")(export)
     group.command("power")(power)
     group.command("merge")(merge)
@@ -67,7 +66,7 @@ def quickstart(
     context: typer.Context, store: Store_ = STORE, report: Report_ = REPORT, workers: Workers_ = None
 ) -> None:
     """Run the built-in study of all families, which asks whether late or wrong words cost a student more."""
-    search_here()  # for students `module:factory`, also of a store
+    search_here()  # for students `module:factory`, also those of a store
     if context.invoked_subcommand is None:
         from llf_teacher.studies.definition import study
         from llf_teacher.studies.execution.runner import RunOptions
@@ -107,12 +106,13 @@ def run(
         bool, typer.Option("--fail-fast", help="Start no more episodes after one has failed.")
     ] = False,
     executor: Annotated[
-        str,
+        str | None,
         typer.Option(
             "--executor",
-            help="Executor: processes, threads (for students that wait for a network), here (in this process) or ray.",
+            help="Executor: processes, threads (for students that wait for a network), here (in this process) or ray; "
+            "by default threads for models of this machine, else processes.",
         ),
-    ] = "processes",
+    ] = None,
     address: Annotated[
         str | None,
         typer.Option("--address", help="Address of a Ray cluster; by default one is started on this machine."),
@@ -122,17 +122,21 @@ def run(
         typer.Option("--shard", help="Part of the episodes to play, such as 3/8; `llf study merge` merges the stores."),
     ] = "1/1",
 ) -> None:
-    """Run the study of FILE, without the episodes that the store has, and write its report.
+    """Play the episodes of FILE that the store lacks, and write the report.
 
     If episodes fail, the others are still played, and the exit status is 3.
     """
     from llf_teacher.studies.definition.study import load_study
     from llf_teacher.studies.execution.limits import Limits
-    from llf_teacher.studies.execution.runner import RunOptions, parse_shard
+    from llf_teacher.studies.execution.runner import RunOptions, asks_here, parse_shard
 
     limits = Limits(episode_seconds, turn_seconds, memory)
+    study = load_study(file)
+    if executor is None:
+        waits = limits == Limits() and address is None and asks_here(study, study.students)
+        executor = "threads" if waits else "processes"
     options = RunOptions(executor, address, limits, parse_shard(shard), retry_failed, fail_fast)
-    _run(load_study(file), store, report, workers, {} if llm_budget is None else {BUDGET: f"{llm_budget}"}, options)
+    _run(study, store, report, workers, {} if llm_budget is None else {BUDGET: f"{llm_budget}"}, options)
 
 
 def report(
@@ -142,7 +146,7 @@ def report(
     store: Store_ = STORE,
     report: Report_ = REPORT,
 ) -> None:
-    """Write the report of a study from the episodes in its store, also while the study runs or after it was stopped."""
+    """Write the report of a study from the episodes in its store, also while the study runs or after it stopped."""
     from llf_teacher.studies import load
     from llf_teacher.studies.definition.study import load_study
     from llf_teacher.studies.report import write_report
@@ -154,7 +158,7 @@ def report(
 
 
 def check(file: Annotated[Path, typer.Argument(help="Store of a study.", exists=True, dir_okay=False)]) -> None:
-    """Check that a store is whole and as it was written. What is damaged is printed, and the exit status is 1."""
+    """Check that a store is complete and unchanged. Damage is printed, and the exit status is 1."""
     from llf_teacher.studies.store import Store
 
     with Store(file, read_only=True) as store:
@@ -178,31 +182,15 @@ def archive(
     typer.echo(f"Archive: {file.resolve()}")
 
 
-def migrate(
-    old: Annotated[Path, typer.Argument(help="Store of an earlier release; it is not changed.")],
-    new: Annotated[Path, typer.Argument(help="Store to write.")],
-) -> None:
-    """Copy the episodes of an earlier release's store into a store of this release."""
-    from llf_teacher.studies.store import migration
-
-    with Progress(console=Console(emoji=False, stderr=True, markup=False), transient=True) as progress:
-        task = progress.add_task("episodes", total=None)
-        number = migration.migrate(old, new, lambda done, total: progress.update(task, completed=done, total=total))
-    typer.echo(f"{number} episodes, stored in {new}.")
-
-
 def export(
     store: Annotated[Path, typer.Argument(help="Store of a study.")],
-    file: Annotated[Path, typer.Argument(help="File to write: .csv, .jsonl or .parquet; for some formats a folder.")],
+    file: Annotated[Path, typer.Argument(help="File to write: .csv, .jsonl or .parquet.")],
     turns: Annotated[
         bool, typer.Option("--turns", help="Write one row for each turn instead of each episode.")
     ] = False,
     format: Annotated[
         str,
-        typer.Option(
-            "--format",
-            help="Write training data instead of a table: chat, sft, dpo, sdpo, minari or eee, with options.",
-        ),
+        typer.Option("--format", help="Write training data instead of a table: chat, sft or dpo, with options."),
     ] = "",
 ) -> None:
     """Write the episodes of a store, or their turns, as a table or as training data."""
@@ -378,7 +366,7 @@ def _play_and_report(
 
 
 def _print_findings(console: Console, data: "Data") -> None:
-    """The findings of the report, and the scores that they are about."""
+    """Print the findings of the report and their scores."""
     from llf_teacher.studies.analysis.statistics import p_words
     from llf_teacher.studies.report import findings
 

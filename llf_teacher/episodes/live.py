@@ -1,30 +1,36 @@
-"""A lesson with people in some of its seats, whose turns can be taken back."""
+"""A lesson with people in some of its seats, who can take back turns.
 
+A session cannot go back. So the lesson keeps the moves of its seats, in order, and plays the episode again from its
+seed without the last move. It repeats all queries to teachers, since these may draw from their random streams.
+"""
+
+import copy
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from llf_teacher.episodes.record import TurnRow
 from llf_teacher.episodes.recorder import Recorder
 from llf_teacher.registry import Entry
-from llf_teacher.speakers.parsing import NEAR
+from llf_teacher.speakers.parsing import PHRASES
 from llf_teacher.students.student import Student
 from pz_envs.assembly import assemble
 from pz_envs.frames import EpisodeRenderer
 from pz_envs.seats import STUDENT, TEACHER
 from pz_envs.settings import Settings
-from teachers.atoms import Claim
+from teachers.atoms import Claim, Utterance
 from teachers.seeds import Seeds
+from teachers.teacher_turn import TeacherTurn
 
 if TYPE_CHECKING:
     from teachers.information import Bits
 
-__all__ = ["WATCHER", "LiveLesson", "OutOfTurnError", "Saying"]
+__all__ = ["WATCHER", "Input", "LiveLesson", "OutOfTurnError", "Saying"]
 
 WATCHER = "watcher"
-"""Moves where no person has a seat: each move is a turn of both."""
+"""Moves if no person has a seat: each move is a turn of both seats."""
 Saying = Sequence[int] | int | str | None
-"""What a person in the teacher's seat says: claims by their numbers, kinds by a subset's number, words, or None, what
-the personality would.
+"""The move of a person in the teacher's seat: claims by their numbers, kinds by a subset's number, words, or None for
+the suggestion of the personality.
 """
 
 
@@ -32,20 +38,30 @@ class OutOfTurnError(ValueError):
     """A move comes too late, too early, or from the wrong seat."""
 
 
+class Input(NamedTuple):
+    """An input of a seat to a session."""
+
+    method: str
+    """`act` of the student's seat, or a method of the session."""
+    arguments: tuple[Any, ...]
+    """The arguments of the method."""
+    asked: tuple[str, ...]
+    """The queries to the teacher before it, as methods of `TeacherTurn`."""
+
+
 class LiveLesson:
     """An episode that people and policies play together, each in a seat.
 
-    It ends as episodes of studies do: by the world, by its length, or by success, unless the task is asked repeatedly.
-    A seat without a person plays by itself up to where a person is to move.
+    It ends like episodes of studies: by the world, by its length, or by success unless the task is asked repeatedly. A
+    seat without a person plays by itself until it is a person's turn.
 
     Args:
         entry: the environment.
-        settings: of the lesson, with a render mode.
-        seed: of the episode.
+        settings: the settings of the lesson, with a render mode.
+        seed: the seed of the episode.
         people: the seats of people.
-        student: what plays the student's seat where no person has it.
-
-        worlds: number of worlds by which it is measured how much each claim says; 0: it is not.
+        student: plays the student's seat if no person has it.
+        worlds: number of worlds for measuring the information of each claim; 0: no measurement.
 
     Raises:
         ValueError: the student cannot play here.
@@ -62,19 +78,21 @@ class LiveLesson:
     ) -> None:
         self.family, self.settings, self.seed, self.people = entry.family.for_lesson(settings), settings, seed, people
         self.reads = "words" if student is None else student.reads
-        self.session, self.view, (self.teacher_view,) = assemble(self.family, settings, undoable=True)
+        self.session, self.view, (self.teacher_view,) = assemble(self.family, settings)
         self._policy = None if student is None else student.seat(self.family, self.session.world)
         self._recorder = Recorder(self.family.name, self.view)
         self._recorder.measure(self.family, seed, worlds)
         if TEACHER in people and settings.speech == "message":
-            self._recorder.read(self.family, NEAR)
+            self._recorder.read(self.family, PHRASES)
         self.moves: list[tuple[str, Any]] = []
         """The seat of each move, and the move."""
         self.undone = 0
-        """How many turns were taken back."""
-        if self._policy is not None:
-            self._policy.reset(Seeds(seed).stream("student"))
-        self.session.open(seed)
+        """Number of turns that were taken back."""
+        self.inputs: list[Input] = []
+        """The inputs of all seats, in order."""
+        self._before: list[int] = []  # for each move the number of inputs before it
+        self._asked: dict[str, None] = {}  # the queries to the teacher since the last input, in order
+        self._open()
         self._play_up_to_people()
 
     @property
@@ -84,11 +102,27 @@ class LiveLesson:
 
     @property
     def unmeasured(self) -> str:
-        """Why it cannot be measured how much claims say; empty if it is, or is not asked for."""
+        """Why the information of claims cannot be measured; empty if it is measured, or not requested."""
         return self._recorder.why
 
+    def claims(self) -> tuple[Claim[Any], ...]:
+        """The claims of this moment, also those that are not feedback."""
+        return self._teacher_turn("claims").claims()
+
+    def listed(self) -> list[Claim[Any]]:
+        """The claims to choose from."""
+        return self._teacher_turn("listed").listed()
+
+    def sentences(self) -> tuple[str, ...]:
+        """The words of each claim to choose from."""
+        return self._teacher_turn("sentences").sentences()
+
+    def suggestion(self) -> Utterance:
+        """The personality's suggestion for this moment."""
+        return self._teacher_turn("suggestion").suggestion()
+
     def weigh(self, claims: Iterable[Claim[Any]]) -> "list[Bits]":
-        """How much each claim would say now, as `Offer.claims` has them; empty if it is not measured."""
+        """The information of each available claim; empty if it is not measured."""
         return self._recorder.weigh(claims)
 
     @property
@@ -106,43 +140,53 @@ class LiveLesson:
         return STUDENT if self.session.heard else TEACHER
 
     def move(self, seat: str, what: Any) -> None:
-        """One turn: a student's text, a teacher's `Saying`; of a watcher anything.
+        """Play one turn: a student's text, a teacher's `Saying`, or any value from a watcher.
 
         Raises:
             OutOfTurnError: it is another seat's turn, or the episode is over.
-            ValueError: it is nothing that can be said; nothing has changed.
+            ValueError: the move is not possible; nothing has changed.
         """
         if self.over:
             raise OutOfTurnError("the episode is over; begin a new lesson to go on")
         if seat != self.to_move:
             raise OutOfTurnError("it is the turn of the other seat; wait until it has moved")
+        before = len(self.inputs)
         if seat == TEACHER:
             self._say(what)
         else:
             self._act(what if seat == STUDENT else None)
         self.moves.append((seat, what))
+        self._before.append(before)
         self._play_up_to_people()
 
     def undo(self, seat: str) -> None:
         """Take the last turn back.
 
         Raises:
-            ValueError: there is none, or another seat has made it.
+            ValueError: there is no turn, or another seat has made it.
         """
         if not self.moves:
             raise ValueError("there is no turn to take back")
         if self.moves[-1][0] != seat:
             raise ValueError("the other seat has moved since; a seat can take back the last turn only if it is its own")
-        policy, view, session = self._policy, self.view, self.session
-        if policy is not None:
-            policy.reset(Seeds(self.seed).stream("student"))
-        session.undo(seat == TEACHER, lambda: policy and policy.act(view.observe(), view.info_for(policy)))
-        self._recorder.forget(session.moment.turn + session.heard)
         self.moves.pop()
+        inputs, self.inputs = self.inputs[: self._before.pop()], []
+        self._open()
+        self.play_again(inputs)
+        self._recorder.forget(self.session.moment.turn + self.session.heard)
         self.undone += 1
 
+    def play_again(self, inputs: Iterable[Input]) -> None:
+        """Play inputs after the opening: those of this lesson, or of a lesson with the same settings and seed."""
+        for method, arguments, asked in inputs:
+            for name in asked:
+                getattr(self._teacher_turn(name), name)()
+            if method == "act" and self._policy is not None:
+                self._policy_action()  # the policy acts too, for its memory, but the input's action counts
+            self._do(method, *arguments)
+
     def renderer(self, seat: str) -> EpisodeRenderer:
-        """Renders the lesson as a seat may see it: with the truth, but for the student only when it is over."""
+        """Renders the lesson for a seat: with the truth, which the student sees only at the end."""
         renderer = self.view.require_renderer()
         return renderer if seat != STUDENT or self.over else renderer.without_truth()
 
@@ -150,31 +194,55 @@ class LiveLesson:
         """Close the world."""
         self.session.world.close()
 
+    def _open(self) -> None:
+        self._asked.clear()
+        if self._policy is not None:
+            self._policy.reset(Seeds(self.seed).stream("student"))
+        self.session.open(self.seed)
+
+    def _teacher_turn(self, method: str) -> TeacherTurn:
+        """The teacher's turn, for a call of one of its methods; the call is noted, since it may draw random numbers."""
+        self._asked[method] = None
+        return self.teacher_view.teacher_turn
+
+    def _do(self, method: str, *arguments: Any) -> None:
+        """Apply an input of a seat; it is noted when the teacher has spoken."""
+        kept = Input(method, copy.deepcopy(arguments), tuple(self._asked))
+        getattr(self.view if method == "act" else self.session, method)(*arguments)
+        self._asked.clear()
+        self.inputs.append(kept)
+        if self.session.heard:
+            self._note()
+
     def _play_up_to_people(self) -> None:
         if not self.session.heard and TEACHER not in self.people:
-            self.session.speak()
-            self._note()
+            self._do("speak")
         if self.people == {TEACHER} and self.to_move == STUDENT:
             self._act(None)
 
     def _act(self, text: str | None) -> None:
-        """The student's turn; None: of the policy."""
-        view, policy = self.view, self._policy
-        view.act(text if policy is None else policy.act(view.observe(), view.info_for(policy)))
+        """The student's turn; None: the policy acts."""
+        self._do("act", text if self._policy is None else self._policy_action())
+
+    def _policy_action(self) -> Any:
+        """The policy's next action."""
+        policy, view = self._policy, self.view
+        assert policy is not None  # noqa: S101  # otherwise a person acts
+        return policy.act(view.observe(), view.info_for(policy))
 
     def _say(self, saying: Saying) -> None:
         """The turn of a person who teaches."""
         session, speech = self.session, self.settings.speech
         if saying is None and speech != "claims":
-            session.speak()
+            self._do("speak")
         elif speech == "kinds":
-            session.say_kinds(saying)  # type: ignore[arg-type]  # which says what is allowed
+            self._do("say_kinds", saying)
         elif speech == "message":
             if not isinstance(saying, str):
                 raise ValueError("in this lesson the teacher speaks in its own words; give a text")
-            session.say(saying)
+            self._do("say", saying)
         else:
-            listed = len(self.teacher_view.offer.listed())
+            listed = len(self.listed())
             chosen: Any = range(listed) if saying is None else saying
             if not isinstance(chosen, Sequence) or any(type(i) is not int for i in chosen):
                 raise ValueError("in this lesson the teacher chooses among claims; give their numbers")
@@ -184,13 +252,14 @@ class LiveLesson:
                 )
             for i in dict.fromkeys(chosen):
                 if not session.heard:
-                    session.choose(1 + i)
+                    self._do("choose", 1 + i)
             if not session.heard:
-                session.choose(0)
-        self._note()
+                self._do("choose", 0)
 
     def _note(self) -> None:
         """Note the turn, now that the teacher has spoken."""
+        if len(self.rows) > self.session.moment.turn:  # a repeated input, already noted
+            return
         policy = self._policy
         answer = policy.record() if policy is not None and self.session.moment.turn else {}
         self._recorder.note(**answer)

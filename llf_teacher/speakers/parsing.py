@@ -17,8 +17,8 @@ SPEAKERS = {
 }
 """The classes of the speakers and wordings that come with the package, by their names in specs."""
 
-NOBODY, NEAR, READER = "none", "near", "llm_reader"
-"""The readers of own words: none, the phrases and what is near them, and behind these a model."""
+NOBODY, PHRASES, READER = "none", "exact", "llm_reader"
+"""The readers of own words: none, our phrases word for word, and behind these a model."""
 
 
 def make_speaker(call: SpecCall, *, last: bool) -> Speaker | Wording | None:
@@ -26,7 +26,7 @@ def make_speaker(call: SpecCall, *, last: bool) -> Speaker | Wording | None:
 
     Args:
         call: the part.
-        last: whether it stands behind other parts, where only a wording may stand.
+        last: whether it follows other parts; then it must be a wording.
 
     Raises:
         ValueError: a parameter is unknown or not allowed, a module cannot be imported, or the place is wrong.
@@ -46,7 +46,7 @@ def make_speaker(call: SpecCall, *, last: bool) -> Speaker | Wording | None:
 
 
 def _custom(call: SpecCall, last: bool) -> Speaker | Wording | None:
-    """The user's own policy, or voice if it is the last part; None for a personality."""
+    """The user's own policy, or own voice in the last part; None for a personality."""
     module, found = call.imported("teacher")
     if not callable(found) or (isinstance(found, type) and issubclass(found, Spec)):
         return None
@@ -59,26 +59,26 @@ def _custom(call: SpecCall, last: bool) -> Speaker | Wording | None:
 
 
 def needed_of(teacher: Personality | Speaker) -> Personality | str:
-    """The personality whose needs an oracle has to serve."""
+    """The personality that decides what an oracle must offer."""
     return teacher if isinstance(teacher, Personality) else getattr(teacher, "personality", "oracle")
 
 
 def speaks_freely(teacher: Any) -> bool:
-    """Whether a teacher may speak in words of its own: a person, a model, a policy, or with a voice that rewrites."""
+    """Whether a teacher may speak in its own words: a person, a model, a policy, or a rewriting voice."""
     return bool(getattr(teacher, "own_words", False))
 
 
 def parse_reader(reader: Any) -> Any:
-    """The last layer that the spec of a reader names, as `pz_envs.checking.Model` has it; None for `none` and `near`.
+    """The reader of sentences that are not phrases, a `pz_envs.text.claims.Model`; None for `none` and `exact`.
 
-    It is `llm_reader(...)`, or a function of the user's own, as in `module:function`.
+    It is `llm_reader(...)`, or a user's own function, as in `module:function`.
 
     Raises:
         ValueError: there is no such reader.
     """
-    if reader in (NOBODY, NEAR):
+    if reader in (NOBODY, PHRASES):
         return None
-    allowed = f"{NOBODY}, {NEAR}, {READER}(model=...) or module:function"
+    allowed = f"{NOBODY}, {PHRASES}, {READER}(model=...) or module:function"
     call, *more = parse_calls("reader", f"{reader}", allowed, prefixes=1)
     if call.name == READER and not (call.prefix or more):
         from llf_teacher.speakers.llm_reader import LLMReader
@@ -94,6 +94,6 @@ def parse_reader(reader: Any) -> Any:
 
 
 def reader_spec(reader: Any) -> str:
-    """The spec of a reader in canonical form; errors as of `parse_reader`."""
+    """The spec of a reader in canonical form; errors as in `parse_reader`."""
     found = parse_reader(reader)
     return f"{found}" if isinstance(found, Spec) else f"{reader}"

@@ -8,22 +8,22 @@ from teachers.atoms import KINDS, Label
 
 
 def bits_words(information: Mapping[str, Any]) -> str:
-    """How much an atom says, as a record has it, in words."""
+    """The stored information of an atom, in words."""
     from teachers.information import Bits
 
     return Bits._make(map(information.get, Bits._fields)).described
 
 
 def prepare_turns(turns: list[dict[str, Any]], family: str) -> list[dict[str, Any]]:
-    """Add what the display needs to turns of a store.
+    """Add fields for the display to turns of a store.
 
-    It is `said`, the atoms by kind, each with its claim as `code` and, if it is measured, how much it says as `bits`;
-    `spelled_out`, whether they make up all of the text; `own`, the sentences in the teacher's own words; and `did`, the
-    action in words.
+    `said` has the atoms by kind, each with its claim as `code` and, if measured, its information as `bits`;
+    `spelled_out`, whether the atoms make up all of the text; `own`, the sentences in the teacher's own words; `did`,
+    the action in words.
 
     Args:
-        turns: is changed.
-        family: the name that is left out of the names of claims.
+        turns: the turns; they are changed.
+        family: the family name to leave out of the names of claims.
     """
     for turn in turns:
         atoms = turn["atoms"]
@@ -44,13 +44,14 @@ def read_sentence(reading: Mapping[str, Any], turn: int, family: str) -> dict[st
     said = {name: reading[name] for name in ("kind", "text")}
     if reading["claim"] is None:
         label = Label.HEDGED if reading["outcome"] == "hedged" else Label.UNCHECKED
-        near = ", ".join(reading["candidates"])
-        what = "is no single claim" if reading["outcome"] == "unbuilt" else "not read"
-        return said | {"label": label, "code": "", "note": f"{what}; nearest: {near}" if near else what}
+        why = ", ".join(reading["candidates"])
+        what = {"unbuilt": "is no single claim", "hedged": "hedges"}.get(reading["outcome"], "not read")
+        return said | {"label": label, "code": "", "note": f"{what}: {why}" if why else what}
     late = reading["about_turn"] != turn
     label = Label.DISTORTED if reading["holds"] is False else Label.LATE if late else Label.TRUTHFUL
     code = claim_code(reading, family) + (f" of turn {reading['about_turn']}" if late else "")
-    return said | {"label": label, "code": code, "note": f"read by the layer {reading['layer']}"}
+    note = "read by a model" if reading["layer"] == "model" else "read word for word"
+    return said | {"label": label, "code": code, "note": note}
 
 
 def claim_code(claim: Mapping[str, Any], family: str) -> str:

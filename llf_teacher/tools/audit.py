@@ -15,7 +15,6 @@ from llf_teacher.gym import StudentEnv
 from llf_teacher.registry import entry
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import Policy
-from llf_teacher.tools.elsewhere import Elsewhere, Places
 from pz_envs.settings import Settings
 from pz_envs.subject import Subject
 from teachers.atoms import (
@@ -57,7 +56,7 @@ class Finding(NamedTuple):
     student: str
     instruction_type: str
     options: dict[str, Any]
-    """Options of the world that were drawn, and those of its reset."""
+    """The drawn options of the world, and of its reset."""
     seed: int
     turn: int
 
@@ -78,28 +77,26 @@ class Audit:
     """Number of words of feedback."""
     claims: Counter[tuple[FeedbackType | None, Label]] = field(default_factory=Counter)
     """Number of claims by kind and label; the kind is None for instructions and notices. Feedback without claims counts
-    as one `unchecked` claim of kind None.
+    as an `unchecked` claim of kind None.
     """
     withheld: Counter[FeedbackType | None] = field(default_factory=Counter)
-    """Number of claims of the oracle that the personality did not make, by kind."""
+    """Number of the oracle's claims that the personality left out, by kind."""
     students: Counter[str] = field(default_factory=Counter)
-    """Number of claims made to each student, by its spec."""
+    """Number of claims to each student, by its spec."""
     falsehoods: Counter[str] = field(default_factory=Counter)
-    """Number of false claims made to each student, by its spec."""
+    """Number of false claims to each student, by its spec."""
     leaks: int = 0
-    """Number of leaks: claims of a kind that was not asked for, advised actions by a personality that may not reveal
+    """Number of leaks: claims of a kind that was not requested, advised actions by a personality that must not reveal
     them, and actions in a basic instruction.
     """
     contradictions: int = 0
-    """Number of pairs of claims of one turn that cannot both be meant; see `Claim.excludes`."""
+    """Number of pairs of contradictory claims in one turn; see `Claim.excludes`."""
     hedges: Reliability = field(default_factory=Reliability)
-    """How often hedged claims hold, by the probability with which they were said."""
+    """How often hedged claims hold, by their stated probability."""
     gains: dict[str, Gain] = field(default_factory=dict)
-    """How much the claims of feedback said, by the name of their class, if it was measured."""
+    """The information of the claims of feedback by the name of their class, if measured."""
     measured: int = 0
-    """Number of turns in which that was measured."""
-    elsewhere: dict[str, Elsewhere] = field(default_factory=dict)
-    """In how many other places the claims of feedback hold, by the name of their class."""
+    """Number of turns with this measurement."""
     examples: list[Finding] = field(default_factory=list)
     """The first falsehoods, leaks and contradictions."""
     changes: int = 0
@@ -118,7 +115,7 @@ class Audit:
 
     @property
     def gain(self) -> Gain:
-        """How much all claims of feedback said that were measured."""
+        """The information of all measured claims of feedback."""
         return sum(self.gains.values(), Gain())
 
     @property
@@ -154,10 +151,6 @@ class Audit:
             "leaks": self.leaks,
             "contradictions": self.contradictions,
             "hedges": self.hedges.as_dict(),
-            "elsewhere": {
-                name: dict(zip(("action", "moment"), each.shares, strict=True))
-                for name, each in sorted(self.elsewhere.items())
-            },
             "information": {
                 "turns": self.measured,
                 "claims": {name: gain._asdict() for name, gain in sorted(self.gains.items())},
@@ -182,7 +175,7 @@ def audit(
 ) -> Audit:
     """Play students with a teacher, and check each claim by its `holds`, and by its `means` if it rests on others.
 
-    In every other episode, the options of the world that are not given are drawn; see `World.draw_options`.
+    Every other episode draws the world's options that are not given; see `World.draw_options`.
 
     Args:
         id: an id of `llf_teacher.ids()`, or a `Lesson`.
@@ -192,10 +185,10 @@ def audit(
         students: specs of students.
         instruction_types: types of instruction to use; None for all that the environment supports; with `worlds`, for
             `b` alone.
-        feedback_type: the feedback that is asked for.
+        feedback_type: the requested feedback.
         progress: called with the number of turns so far.
-        worlds: number of worlds by which it is measured how much each claim says, and which regret it saves, where no
-            options are drawn; 0: it is not measured. Options that this needs are set.
+        worlds: number of worlds for measuring the information of each claim and the regret that it saves, in episodes
+            without drawn options; 0: no measurement. It sets the options that measuring needs.
         settings: other settings of `StudentEnv`, and options of the world.
 
     Raises:
@@ -209,7 +202,6 @@ def audit(
     if worlds or POSTERIOR in getattr(teacher, "needs", ()):
         settings = {**family.posterior_needs, **settings}
     found = Audit(family.name if isinstance(id, Subject) else entry(id).id, name, getattr(teacher, "honest", True))
-    places = Places(family.name, np.random.default_rng(0))
     options = {name: value for name, value in settings.items() if name in family.options()}
     taught = family.for_lesson(Settings(options=options, max_turns=settings.get("max_turns")))
     types = tuple(
@@ -222,7 +214,7 @@ def audit(
         given = {"instruction_type": type_, "feedback_type": feedback_type, "text": student.text, **settings}
         env = StudentEnv(id, teacher=teacher, **given)
         if worlds:
-            family.make_information(env.session.world, 0, worlds)  # or it says why there is none
+            family.make_information(env.session.world, 0, worlds)  # or give the reason why there is none
         policy = student.seat(env.family, env.session.world)
         for seed in itertools.count():
             left = turns * done // len(combinations) - found.turns
@@ -235,16 +227,15 @@ def audit(
                 episode = _varied(episode, env.session.world, settings, np.random.default_rng([done, seed]))
             if episode.options:
                 other = StudentEnv(id, teacher=teacher, **given | {"instruction_type": "b"} | episode.options)
-                if type_ in other.session.teacher.oracle.instruction_types:  # with other options it may have others
+                if type_ in other.session.teacher.oracle.instruction_types:  # it may depend on the options
                     other.session.teacher.instruction_type = type_
-                    _watch(found, other, student.seat(other.family, other.session.world), episode, places, worlds)
+                    _watch(found, other, student.seat(other.family, other.session.world), episode, worlds)
                 other.close()
             else:
-                _watch(found, env, policy, episode, places, worlds)
+                _watch(found, env, policy, episode, worlds)
             if progress:
                 progress(found.turns)
         env.close()
-    found.elsewhere = places.found
     return found
 
 
@@ -254,30 +245,29 @@ class _Episode(NamedTuple):
     instruction_type: str
     seed: int
     turns: int
-    """Most turns of the episode."""
+    """Greatest number of turns of the episode."""
     options: dict[str, Any]
     """Options of the world that differ from those of the environment."""
     reset: dict[str, Any]
 
 
 def _varied(episode: _Episode, world: World[Any], given: Collection[str], rng: np.random.Generator) -> _Episode:
-    """The episode with drawn options of the world, except for those that are given."""
+    """The episode with drawn options of the world, except the given ones."""
     drawn = world.draw_options(rng).items()
     options = {name: value for name, value in drawn if name not in given and value != world.options[name]}
     return episode._replace(options=options, reset=world.draw_reset(rng))
 
 
-def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episode, places: Places, worlds: int) -> None:
-    """Play an episode, check its claims here and elsewhere, and add what that shows to the result."""
+def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episode, worlds: int) -> None:
+    """Play an episode, check its claims, and add what that shows to the result."""
     teacher = env.teacher
     promise = teacher.personality if isinstance(teacher, Teacher) else teacher
     reveals = getattr(promise, "reveals", True)
     offered: Counter[tuple[Claim[Any], int]] = Counter()
     said: Counter[tuple[Claim[Any], int]] = Counter()
     moments: list[Moment[Any]] = []
-    feedback: dict[int, list[Claim[Any]]] = {}
     hedges: list[tuple[float, bool]] = []
-    oracle: Oracle[Any, Any] | None = None  # made where a claim rests on others
+    oracle: Oracle[Any, Any] | None = None  # needed if a claim rests on others
     found.episodes += 1
     worlds = 0 if episode.options or episode.reset else worlds
     recorder = Recorder(env.family.name, env.student_view)
@@ -305,15 +295,13 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episod
                 if oracle is None:
                     oracle = env.family.make_teacher(env.session.world.scratch()).oracle
                     oracle.start(moments[0].after)
-                if not atom.claim.means(moments[atom.about_turn], oracle):  # true by its ground, and not by its fields
+                if not atom.claim.means(moments[atom.about_turn], oracle):  # its ground makes it true, not its fields
                     label = Label.DISTORTED
             said[atom.claim, atom.about_turn] += 1
             kind = None if atom in getattr(turn.instruction, "atoms", ()) else atom.kind
             found.claims[kind, label] += 1
             if label is Label.HEDGED:
                 hedges.append((confidence(atom.claim), recorder.holds(atom, label)))
-            elif kind is not None and label is not Label.DISTORTED:
-                feedback.setdefault(atom.about_turn, []).append(atom.claim)
             found.students[str(student.spec)] += 1
             found.falsehoods[str(student.spec)] += label is Label.DISTORTED
             names = isinstance(unhedged(atom.claim), ActionClaim | PlanClaim | EditClaim)
@@ -327,8 +315,6 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episod
             if found.honest:
                 _add_example(found, "contradiction", pair, where)
     found.hedges.add(hedges)
-    if feedback:
-        places.add(env.family.make_teacher(env.session.world.scratch()).oracle, moments, feedback)
     found.withheld.update(claim.kind for claim, _ in (offered - said).elements())
 
 

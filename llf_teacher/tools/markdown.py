@@ -1,10 +1,9 @@
-"""Markdown: tables, escaped text, and parts of documents that a command writes."""
+"""Markdown: tables, escaped text, and generated parts of documents."""
 
 import re
 from collections.abc import Iterable, Mapping
-from pathlib import Path
 
-__all__ = ["escape", "marked", "rewrite", "table", "update"]
+__all__ = ["escape", "marked", "table", "update"]
 
 _SPECIAL = re.compile(r"([\\`*_{}\[\]<>#|])")
 
@@ -24,11 +23,6 @@ def marked(text: str, command: str) -> list[str]:
 def update(text: str, command: str, parts: Mapping[str, str]) -> str:
     """The text with new parts between the markers of a command; parts of other names stay."""
     return _markers(command).sub(lambda match: match[1] + parts.get(match[2], match[3]) + match[4], text)
-
-
-def rewrite(file: Path, command: str, parts: Mapping[str, str]) -> None:
-    """Update a document."""
-    file.write_text(update(file.read_text(encoding="utf-8"), command, parts), encoding="utf-8")
 
 
 def rows(text: str, command: str, name: str) -> list[list[str]]:

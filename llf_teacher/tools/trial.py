@@ -1,4 +1,4 @@
-"""A trial of an environment: what can be taught in it, by which tier, and what is missing for more."""
+"""A trial of an environment: what teachers can teach in it, with which tier, and what is missing for more."""
 
 import contextlib
 import warnings
@@ -15,11 +15,12 @@ from llf_teacher.registry import types_of
 from llf_teacher.students.parsing import parse_student
 from pz_envs.frames import format_action
 from pz_envs.lesson import limits_of
-from pz_envs.registered import REWARDS, Registered
+from pz_envs.registered import Registered
 from pz_envs.settings import Settings
 from pz_envs.subject import Subject
 from teachers.planning import Planned, PlanningError, parse_planner, survey
 from teachers.planning.known import Known, known, words_of
+from teachers.planning.planner import REWARDS, RewardsOnlyWarning
 from teachers.words import coded_words
 from worlds.actions import describe_space
 from worlds.wrapped.gym_world import check_complete, faithful
@@ -27,24 +28,24 @@ from worlds.wrapped.gym_world import check_complete, faithful
 __all__ = ["Line", "facts", "trial"]
 
 _SEEN = {True: "more than the student sees", False: "what the student sees", None: "perhaps more than the student sees"}
-_SHOWN = 6  # turns of the episode
+_SHOWN = 6  # greatest number of turns of the episode
 
 
 class Line(NamedTuple):
-    """A line of what was found out."""
+    """A line of the result."""
 
     about: str
     text: str
     good: bool | None = None
-    """Whether it is as it should be; None: it is neither good nor bad."""
+    """Whether it is as it should be; None: neutral."""
 
 
 def facts(subject: Registered, **options: Any) -> Iterator[Line]:
-    """What planned teachers know of an environment: the tier, or why there is none, and what they say.
+    """The knowledge of planned teachers about an environment: the tier, or why there is none, and their claims.
 
     Args:
         subject: the environment.
-        options: of its world, and `oracle`, the planner to ask, or its spec; without one, each tier is asked.
+        options: options of its world, and `oracle`, a planner or its spec; without it, all tiers are tried.
     """
     oracle = options.get("oracle", "auto")
     if oracle == REWARDS:
@@ -62,16 +63,11 @@ def facts(subject: Registered, **options: Any) -> Iterator[Line]:
             yield Line(tier, said.why if said.size in said.why else f"{said.why}; {said.size}", True)
     if own.unlike:
         yield Line("rules", own.unlike, False)
-    if plan is not None:
-        try:
-            subjects = subject.for_lesson(Settings(options={"oracle": plan.tier, **options}))
-        except PlanningError as error:  # of bounds in seconds, where the machine is busier than before
-            yield Line(plan.tier, f"not again: {error}", False)
-            plan = None
     if plan is None:
         yield Line("rewards", f"with oracle={REWARDS!r} what was paid is said in words")
         return
-    instructions, kinds = map(coded_words, types_of(subjects))
+    lesson = subject.for_lesson(Settings(options={"oracle": plan.tier, **options}))
+    instructions, kinds = map(coded_words, types_of(lesson))
     yield Line("teacher", f"instructions {instructions}; feedback {kinds}; {subject.turns(**options):,} turns")
     yield Line("objective", plan.objective)
     yield Line("actions", ", ".join(plan.action_words) or ", ".join(words_of(env, own)) or "numbers")
@@ -80,12 +76,12 @@ def facts(subject: Registered, **options: Any) -> Iterator[Line]:
 
 
 def trial(subject: Registered, options: Mapping[str, Any], seed: int = 0) -> Iterator[Line]:
-    """What is found out about an environment, step by step.
+    """The results of a trial of an environment, step by step.
 
     Args:
         subject: the environment.
-        options: of its world.
-        seed: of the episode.
+        options: options of its world.
+        seed: the seed of the episode.
 
     Raises:
         ValueError: the environment cannot be made.
@@ -113,7 +109,9 @@ def trial(subject: Registered, options: Mapping[str, Any], seed: int = 0) -> Ite
             yield Line("replay", f"the same seed and actions give {'the same' if again else 'another'} episode", again)
     yield from facts(subject, **options)
     try:
-        lesson = subject.for_lesson(Settings(options=options))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RewardsOnlyWarning)  # the reasons are listed already
+            lesson = subject.for_lesson(Settings(options=options))
     except PlanningError:
         lesson = subject.for_lesson(Settings(options={**own, "oracle": REWARDS}))
     yield from _episode(lesson, seed)
@@ -121,12 +119,12 @@ def trial(subject: Registered, options: Mapping[str, Any], seed: int = 0) -> Ite
 
 
 def _broken(env: gymnasium.Env[Any, Any]) -> str | None:
-    """How an environment breaks Gymnasium's interface; None if it does not."""
+    """The violation of Gymnasium's interface by an environment; None without one."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             check_env(env.unwrapped, skip_render_check=True)
-    except Exception as error:  # its checks are assertions, and environments raise errors of many kinds
+    except Exception as error:  # its checks are assertions, and environments may raise anything
         return f"{type(error).__name__}: {error}; mend this first: gymnasium.utils.env_checker.check_env shows it"
     return None
 
@@ -144,7 +142,7 @@ def _repeats(subject: Registered, options: Mapping[str, Any]) -> bool:
 
 
 def _episode(lesson: Subject, seed: int) -> Iterator[Line]:
-    """One taught episode, of a student that obeys; of a long one the first turns."""
+    """One taught episode of an obedient student, or the first turns of a long one."""
     student = parse_student("obedient")
     with contextlib.closing(StudentEnv(lesson)) as env:
         world = env.session.world
@@ -160,14 +158,14 @@ def _episode(lesson: Subject, seed: int) -> Iterator[Line]:
 
 
 def _missing(plan: Planned | None, counted: bool, limited: bool) -> Iterator[Line]:
-    """What would make the lesson better, and the argument of `teach` and `Lesson` that supplies it.
+    """Possible improvements of the lesson, with the argument of `teach` and `Lesson` for each.
 
     Args:
-        plan: of the teacher.
+        plan: the teacher's plan.
         counted: whether actions are numbered, so that each can have a word.
         limited: whether the environment has a limit of turns.
     """
-    if plan is None:
+    if plan is None or plan.tier == REWARDS:
         yield Line("missing", "a teacher who plans: what each tier lacks is said above; or an oracle of your own")
     elif plan.privileged is None:
         yield Line("missing", "whether the teacher plans from more than observations show: compare its state with them")

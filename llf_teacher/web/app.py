@@ -1,9 +1,9 @@
-"""The server: its routes and their handlers."""
+"""The server: routes and handlers."""
 
 import asyncio
 import json
 import logging
-from collections.abc import AsyncIterator, Callable, Collection, Mapping, Sequence
+from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, asynccontextmanager
 from pathlib import Path
@@ -25,8 +25,9 @@ from llf_teacher.studies import load
 from llf_teacher.studies.store import Store, StoreError
 from llf_teacher.theme import pages, prepare_turns, style
 from llf_teacher.web.downloads import DOWNLOADS, content
-from llf_teacher.web.guard import LOCAL, Guard
-from llf_teacher.web.open_lessons import FullError, OpenLesson, OpenLessons, Terms
+from llf_teacher.web.films import Films
+from llf_teacher.web.guard import Guard
+from llf_teacher.web.open_lessons import OpenLesson, OpenLessons
 from llf_teacher.web.plan import MOST_TURNS, SPEECHES, read_plan, students
 from llf_teacher.web.stored import PAGE, search
 from llf_teacher.web.views import links, picture, state
@@ -51,45 +52,37 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 
-def make_app(
-    terms: Terms = Terms(),  # noqa: B008 (immutable)
-    stores: Sequence[Path] = (),
-    names: Collection[str] = LOCAL,
-    key: str = "",
-) -> ASGIApp:
+def make_app(stores: Sequence[Path] = (), ids: Sequence[str] = ()) -> ASGIApp:
     """The application.
 
     Args:
-        terms: limits and conditions of lessons.
-        stores: their episodes are shown.
-        names: the names of the server; requests under others are refused.
-        key: that visitors need; empty: none.
+        stores: the stores whose episodes the page shows.
+        ids: environments of Gymnasium's registry that the page offers beside ours.
 
     Raises:
         StoreError: a path is no store.
     """
     for path in stores:
-        load(path).close()  # raises the error if there is no store
-    return _Pages(terms, stores).app(names, key)
+        load(path).close()  # raises StoreError
+    return _Pages(stores, ids).app()
 
 
 class _Pages:
     """The handlers of the routes.
 
     One thread handles all lessons and stores: some simulators can draw only in the thread in which they began, and two
-    requests never change a lesson at the same time. The event loop stays free for short work.
+    requests never change a lesson at the same time. The event loop stays free for short work, and films, which may take
+    minutes, are made in another process.
     """
 
-    def __init__(self, terms: Terms, stores: Sequence[Path]) -> None:
-        self.lessons = OpenLessons(terms)
+    def __init__(self, stores: Sequence[Path], ids: Sequence[str]) -> None:
+        self.lessons, self._ids, self._films = OpenLessons(), ids, Films()
         self._stores = [Store(path, read_only=True) for path in stores]
         self._thread = ThreadPoolExecutor(1, "lessons")
-        self._waiting, self._idle, self._draw_lock = 0, asyncio.Event(), asyncio.Lock()
-        self._idle.set()
         self._pages = pages("llf_teacher.web", "templates")
         self._style = style()
 
-    def app(self, names: Collection[str], key: str) -> ASGIApp:
+    def app(self) -> ASGIApp:
         """The application."""
         seat = "/seat/{token}"
         routes = [
@@ -97,11 +90,12 @@ class _Pages:
             Route("/lessons", self.begin, methods=["POST"]),
             Route(seat, self.seat),
             Route(f"{seat}/state", self.state),
-            Route(f"{seat}/sit", self.sit, methods=["POST"]),
             Route(f"{seat}/move", self.move, methods=["POST"]),
             Route(f"{seat}/undo", self.undo, methods=["POST"]),
             Route(f"{seat}/frame.png", self.frame),
             Route(f"{seat}/episode", self.episode),
+            Route(f"{seat}/film", self.film, methods=["POST"]),
+            Route(f"{seat}/episode.gif", self.made_film),
             Route(f"{seat}/episode.{{ending}}", self.download),
             Route("/stored/{store:int}", self.listing),
             Route("/stored/{store:int}/{key}", self.replay),
@@ -109,33 +103,21 @@ class _Pages:
             Mount("/static", StaticFiles(directory=_STATIC)),
         ]
         handlers: Any = {ValueError: _refused, HTTPException: _refused, StoreError: _damaged, Exception: _broken}
-        return Guard(Starlette(routes=routes, exception_handlers=handlers, lifespan=self._lifespan), names, key)
+        return Guard(Starlette(routes=routes, exception_handlers=handlers, lifespan=self._lifespan))
 
     @asynccontextmanager
     async def _lifespan(self, app: Starlette) -> AsyncIterator[None]:
-        """Close the stores and end the thread when the server stops."""
+        """Close the stores, and end the thread and the process of films, when the server stops."""
         with ExitStack() as held:
             for store in self._stores:
                 held.callback(store.close)
             held.callback(self._thread.shutdown)
+            held.callback(self._films.close)
             yield
 
     async def _do(self, what: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
         """Call a function in the thread of lessons."""
-        self._waiting += 1
-        self._idle.clear()
-        try:
-            return await asyncio.get_running_loop().run_in_executor(self._thread, lambda: what(*args, **kwargs))
-        finally:
-            self._waiting -= 1
-            if not self._waiting:
-                self._idle.set()
-
-    async def _draw(self, what: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
-        """The same for slow drawing: one at a time, when no turn waits."""
-        async with self._draw_lock:
-            await self._idle.wait()
-            return await self._do(what, *args, **kwargs)
+        return await asyncio.get_running_loop().run_in_executor(self._thread, lambda: what(*args, **kwargs))
 
     def _page(self, name: str, **values: Any) -> Response:
         text = self._pages.get_template(name).render(stores=self._stores, **values)
@@ -148,13 +130,13 @@ class _Pages:
     # Lessons.
 
     async def start(self, request: Request) -> Response:
-        """The page that offers lessons."""
+        """The page with the form for a lesson."""
         families: dict[str, list[str]] = {}
         for id, each in entries().items():
             if not each.family.missing():
                 families.setdefault(each.family.name, []).append(id)
-        if self.lessons.terms.ids:
-            families["Gymnasium"] = list(self.lessons.terms.ids)
+        if self._ids:
+            families["Gymnasium"] = list(self._ids)
         return self._page(
             "start.html.j2",
             families=families,
@@ -167,7 +149,7 @@ class _Pages:
     async def begin(self, request: Request) -> Response:
         """Begin a lesson; returns the address of its maker's seat."""
         given = await _body(request)
-        opened = await self._do(lambda: self.lessons.begin(read_plan(given, self.lessons.terms.ids)))
+        opened = await self._do(lambda: self.lessons.begin(read_plan(given, self._ids)))
         return JSONResponse({"page": f"/seat/{opened.tokens[opened.lesson.plan.seat]}"}, 201)
 
     async def seat(self, request: Request) -> Response:
@@ -190,22 +172,15 @@ class _Pages:
             return Response(status_code=204)
         return await self._state(opened, seat, request.query_params.get("since", ""))
 
-    async def sit(self, request: Request) -> Response:
-        """Take a seat."""
-        opened, seat = await self._found(request)
-        given = await _body(request)
-        self.lessons.sit(opened, seat, given.get("agreed"), given.get("code"))
-        return await self._state(opened, seat, _since(given))
-
     async def move(self, request: Request) -> Response:
-        """A turn, whose number is in `turn`: `act`, `claims`, `say` or `personality`; of a watcher nothing else."""
+        """Play turn number `turn`: `act`, `claims`, `say` or `personality`; a watcher gives only the number."""
         opened, seat = await self._found(request)
         given = await _body(request)
         await self._do(self.lessons.move, opened, seat, _parse_turn(given, seat), given.get("turn"))
         return await self._state(opened, seat, _since(given))
 
     async def undo(self, request: Request) -> Response:
-        """Take the last turn back, that of the number `turn`."""
+        """Take back the last turn, which has the number `turn`."""
         opened, seat = await self._found(request)
         given = await _body(request)
         await self._do(self.lessons.undo, opened, seat, given.get("turn"))
@@ -215,40 +190,65 @@ class _Pages:
         """The frame as a PNG."""
         opened, seat = await self._found(request)
         theme = request.query_params.get("theme", "light")
-        return Response(await self._draw(picture, opened.lesson, seat, theme), media_type="image/png")
+        return Response(await self._do(picture, opened.lesson, seat, theme), media_type="image/png")
 
     async def episode(self, request: Request) -> Response:
-        """The whole episode with the label of each claim, when it is over."""
+        """The whole episode with the label of each claim, after its end."""
         opened, _ = await self._found(request)
-        record = await self._do(self.lessons.record, opened)
+        record = await self._do(opened.lesson.record)
         turns = prepare_turns(unpack_turns(pack_turns(record.turns)), record.episode.family)
         values = {**record.spec._asdict(), **record.episode._asdict()}
-        return self._page("episode.html.j2", episode=values, turns=turns, downloads=DOWNLOADS)
+        asked = opened.film is not None
+        return self._page("episode.html.j2", episode=values, turns=turns, downloads=DOWNLOADS, asked=asked)
+
+    async def film(self, request: Request) -> Response:
+        """Begin the film of the episode, after its end and if there is none; the answer tells whether it is made."""
+        opened, _ = await self._found(request)
+        opened.lesson.check_over()
+        if opened.film is None:
+            opened.film = self._films.begin(opened.lesson.plan, opened.lesson.inputs)
+        return JSONResponse({"made": self._film(opened) is not None})
+
+    async def made_film(self, request: Request) -> Response:
+        """The film of the episode as a file, once it is made."""
+        opened, _ = await self._found(request)
+        film = self._film(opened)
+        if film is None:
+            raise HTTPException(409, "the film is not made; ask for it on the page of the whole episode")
+        return _file(opened.lesson.plan.spec().key, "gif", "image/gif", film)
+
+    @staticmethod
+    def _film(opened: OpenLesson) -> bytes | None:
+        """The film; None while it is not made. Raises a failure once; the next request begins anew."""
+        film = opened.film
+        if film is None or not film.done():
+            return None
+        if film.cancelled() or film.exception() is not None:
+            opened.film = None
+        return film.result()
 
     async def download(self, request: Request) -> Response:
-        """The episode as a file, when it is over."""
+        """The episode as a file, after its end."""
         opened, _ = await self._found(request)
         ending = request.path_params["ending"]
         if ending not in DOWNLOADS:
             raise HTTPException(
-                404, f"there is no file with the ending {ending!r:.20}; allowed: {', '.join(DOWNLOADS)}"
+                404, f"there is no file with the ending {ending!r:.20}; allowed: {', '.join(DOWNLOADS)}, gif"
             )
-        record = await self._do(self.lessons.record, opened)
-        made = await self._draw(content, ending, record, opened.lesson.film)
-        name = f"llf-{record.spec.key[:8]}.{ending}"
-        headers = {"Content-Disposition": f'attachment; filename="{name}"'}
-        return Response(made, media_type=DOWNLOADS[ending].media_type, headers=headers)
+        record = await self._do(opened.lesson.record)
+        made = await self._do(content, ending, record)
+        return _file(record.spec.key, ending, DOWNLOADS[ending].media_type, made)
 
     async def _found(self, request: Request) -> tuple[OpenLesson, str]:
         try:
             return await self._do(self.lessons.find, request.path_params["token"])
         except LookupError:
             raise HTTPException(
-                404, "there is no such lesson, or it was closed after a long time without requests; begin a new one"
+                404, "there is no such lesson, or it was closed after many newer ones; begin a new one"
             ) from None
 
     async def _state(self, opened: OpenLesson, seat: str, since: str) -> Response:
-        return JSONResponse(await self._do(state, self.lessons, opened, seat, self._pages, since))
+        return JSONResponse(await self._do(state, opened, seat, self._pages, since))
 
     # Stored episodes.
 
@@ -267,7 +267,7 @@ class _Pages:
             raise HTTPException(404, f"{store.path.name} has no episode {key!r:.40}; begin at /stored/{number}")
         row = dict(await self._do(store.episode, key))
         turns = prepare_turns(await self._do(store.turns, key), row["family"])
-        return self._page("episode.html.j2", episode=row, turns=turns, downloads={})
+        return self._page("episode.html.j2", episode=row, turns=turns, downloads={}, asked=False)
 
     def _store(self, request: Request) -> tuple[int, Store]:
         number = request.path_params["store"]
@@ -276,10 +276,16 @@ class _Pages:
         return number, self._stores[number]
 
 
+def _file(key: str, ending: str, media_type: str, made: bytes) -> Response:
+    """A file of an episode, to be saved."""
+    headers = {"Content-Disposition": f'attachment; filename="llf-{key[:8]}.{ending}"'}
+    return Response(made, media_type=media_type, headers=headers)
+
+
 def _has(store: Store, key: str) -> bool:
     try:
         return store.has(key)
-    except ValueError:  # it is no hexadecimal number
+    except ValueError:  # not a hexadecimal number
         return False
 
 
@@ -288,7 +294,7 @@ async def _body(request: Request) -> dict[str, Any]:
 
     Raises:
         ValueError: it is something else.
-        HTTPException: it is too long, incomplete, or of another content type.
+        HTTPException: it is too long, incomplete, or has another content type.
     """
     if request.headers.get("content-type", "").partition(";")[0].strip() != "application/json":
         raise HTTPException(415, "the content type must be application/json; send JSON")
@@ -298,7 +304,7 @@ async def _body(request: Request) -> dict[str, Any]:
             body += part
             if len(body) > LARGEST:
                 raise HTTPException(413, f"the request body is too long; allowed: at most {LARGEST} bytes")
-    except ClientDisconnect:  # whom the answer does not reach
+    except ClientDisconnect:  # the answer does not reach the client
         raise HTTPException(400, "the request body is incomplete; send it again") from None
     try:
         given = json.loads(body or b"{}")
@@ -314,10 +320,10 @@ def _since(given: Mapping[str, Any]) -> str:
 
 
 def _parse_turn(given: Mapping[str, Any], seat: str) -> Any:
-    """The turn in a request body, for `LiveLesson.move`.
+    """The move in a request body, for `LiveLesson.move`.
 
     Raises:
-        ValueError: there is no turn in it.
+        ValueError: the body has no move.
     """
     if seat == STUDENT:
         return _text(given, "act")
@@ -339,12 +345,10 @@ def _text(given: Mapping[str, Any], name: str) -> str:
 
 
 async def _refused(request: Request, error: Exception) -> Response:
-    """An error of the visitor, as a sentence."""
+    """An error of the request, as a sentence."""
     status, why = 400, f"{error}"
     if isinstance(error, HTTPException):
         status, why = error.status_code, _PHRASES.get(error.detail, error.detail)
-    elif isinstance(error, FullError):
-        status = 503
     elif isinstance(error, OutOfTurnError):
         status = 409
     return _sentence(request, escape_control_chars(why), status)

@@ -11,8 +11,6 @@ from llf_teacher.serialization import to_json
 from llf_teacher.studies import load
 from llf_teacher.studies.export import write_export
 from llf_teacher.studies.store import Store
-from llf_teacher.tools.film import save
-from worlds.pictures.canvas import Frame
 
 
 class Download(NamedTuple):
@@ -20,11 +18,11 @@ class Download(NamedTuple):
 
     media_type: str
     title: str
-    make: Callable[[Path, Record, Callable[[], list[Frame]]], object]
-    """Writes an episode to a path; the function of frames is called only if they are needed."""
+    write: Callable[[Path, Record], object]
+    """Writes an episode to a path."""
 
 
-def _write_json(path: Path, record: Record, film: object) -> None:
+def _write_json(path: Path, record: Record) -> None:
     values: dict[str, Any] = {
         **record.spec._asdict(),
         **record.episode._asdict(),
@@ -35,35 +33,30 @@ def _write_json(path: Path, record: Record, film: object) -> None:
     path.write_text(to_json(values) + "\n", encoding="utf-8")
 
 
-def _write_store(path: Path, record: Record, film: object) -> None:
+def _write_store(path: Path, record: Record) -> None:
     with Store(path) as store:
         store.add(record)
         store.write_manifest({"version": llf_teacher.__version__})
 
 
-def _write_chat(path: Path, record: Record, film: object) -> None:
+def _write_chat(path: Path, record: Record) -> None:
     whole = path.with_name("episode.db")
-    _write_store(whole, record, film)
+    _write_store(whole, record)
     with load(whole) as results:
         write_export(results, path, "chat")
-
-
-def _write_film(path: Path, record: Record, film: Callable[[], list[Frame]]) -> None:
-    save(film(), path)
 
 
 DOWNLOADS = {
     "json": Download("application/json", "JSON: all that is known of it", _write_json),
     "jsonl": Download("application/jsonl", "chat: as messages", _write_chat),
-    "gif": Download("image/gif", "GIF: an animation", _write_film),
     "db": Download("application/vnd.sqlite3", "a store of a study, with this row", _write_store),
 }
-"""The formats by the ending of the file's name."""
+"""The formats by the ending of the file's name, without the film, which has its own route."""
 
 
-def content(ending: str, record: Record, film: Callable[[], list[Frame]]) -> bytes:
-    """The bytes of an episode's file in a format; no file is left on the server."""
+def content(ending: str, record: Record) -> bytes:
+    """The bytes of an episode's file in a format; no file stays on the server."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"download.{ending}"
-        DOWNLOADS[ending].make(path, record, film)
+        DOWNLOADS[ending].write(path, record)
         return path.read_bytes()

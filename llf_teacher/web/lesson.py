@@ -1,9 +1,10 @@
 """A lesson on the page, with its record and its film."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 
-from llf_teacher.episodes.live import LiveLesson
-from llf_teacher.episodes.record import EpisodeSpec, Record
+from llf_teacher.episodes.live import Input, LiveLesson
+from llf_teacher.episodes.record import Record
 from llf_teacher.registry import entry
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies.definition.study import DRAWS
@@ -11,7 +12,7 @@ from llf_teacher.web.plan import Plan
 from pz_envs.seats import STUDENT, TEACHER
 from worlds.pictures.canvas import Frame
 
-__all__ = ["PlannedLesson"]
+__all__ = ["PlannedLesson", "frames"]
 
 
 class PlannedLesson(LiveLesson):
@@ -38,31 +39,31 @@ class PlannedLesson(LiveLesson):
         )
         super().__init__(found, settings, plan.seed, plan.people, student, DRAWS if plan.bits else 0)
 
-    def record(self, spec: EpisodeSpec) -> Record:
+    def record(self) -> Record:
         """The record of the episode.
 
         Raises:
             ValueError: the episode is not over.
         """
-        self._check_over()
-        return Record(spec, self._recorder.episode(self.reads), tuple(self.rows))
+        self.check_over()
+        return Record(self.plan.spec(), self._recorder.episode(self.reads), tuple(self.rows))
 
-    def film(self, theme: str = "light") -> list[Frame]:
-        """The frames of all turns, with the truth; the episode is played again for them.
+    def check_over(self) -> None:
+        """Check that the episode is over.
 
         Raises:
-            ValueError: as `record`.
+            ValueError: it is not.
         """
-        self._check_over()
-        again = _Filmed(self.plan, theme)
-        for mover, what in self.moves:
-            again.move(mover, what)
-        again.close()
-        return again.frames
-
-    def _check_over(self) -> None:
         if not self.over:
             raise ValueError("the episode is not over; play it to its end first")
+
+
+def frames(plan: Plan, inputs: Iterable[Input], theme: str = "light") -> list[Frame]:
+    """The frames of all turns of a lesson, with the truth; plays the episode again."""
+    filmed = _Filmed(plan, theme)
+    filmed.play_again(inputs)
+    filmed.close()
+    return filmed.frames
 
 
 class _Filmed(PlannedLesson):

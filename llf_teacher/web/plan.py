@@ -32,22 +32,22 @@ class Plan(NamedTuple):
 
     id: str
     seat: str
-    """The seat of its maker: `STUDENT`, `TEACHER` or `WATCHER`."""
+    """The seat of the lesson's maker: `STUDENT`, `TEACHER` or `WATCHER`."""
     two: bool
-    """Whether another person has the other seat."""
+    """Whether a person has the other seat, too."""
     student: str
-    """The student's spec, where no person has its seat."""
+    """The student's spec, if no person has its seat."""
     settings: Settings
-    """The chosen ones: the `teacher` is a personality's spec, also where a person chooses among its claims or sees its
-    suggestions; `speech` is that of a person in its seat.
+    """The chosen settings: `teacher` is a personality's spec, also if a person chooses among its claims or sees its
+    suggestions; `speech` is the form of a person's speech in the teacher's seat.
     """
     seed: int
     bits: bool = False
-    """Whether it is shown how much each sentence says, but for the student."""
+    """Whether the page shows the information of each sentence, except to the student."""
 
     @property
     def options(self) -> dict[str, Any]:
-        """Options of the world beside those of its id: what measuring needs."""
+        """Options of the world that measuring needs, beside the id's."""
         return dict(entry(self.id).family.posterior_needs) if self.bits else {}
 
     @property
@@ -57,8 +57,8 @@ class Plan(NamedTuple):
             return frozenset()
         return frozenset((STUDENT, TEACHER) if self.two else (self.seat,))
 
-    def spec(self, codes: Mapping[str, str]) -> EpisodeSpec:
-        """The spec of the episode in a study; `codes` are the participants', by their seats.
+    def spec(self) -> EpisodeSpec:
+        """The spec of the episode in a study.
 
         Raises:
             ValueError: one error that lists everything that is not allowed.
@@ -66,10 +66,9 @@ class Plan(NamedTuple):
         settings, student = self.settings, self.student
         teacher: Any = settings.teacher
         if TEACHER in self.people:
-            teacher = teacher_spec(PersonTeaching(codes.get(TEACHER, ""), settings.speech, teacher))
+            teacher = teacher_spec(PersonTeaching(settings.speech, teacher))
         if STUDENT in self.people:
-            code = codes.get(STUDENT, "")
-            student = "llf_teacher.people:PersonLearning" + (f"(code={code!r})" if code else "")
+            student = "llf_teacher.people:PersonLearning"
         study = Study(
             ids=(self.id,),
             teachers=(teacher,),
@@ -91,11 +90,11 @@ def students() -> tuple[str, ...]:
 
 
 def read_plan(given: Mapping[str, Any], ids: Collection[str] = ()) -> Plan:
-    """The plan of the form's values. Only registered names are looked up: no value makes a module be imported.
+    """The plan of the form's values. It looks up only registered names: no value can import a module.
 
     Args:
         given: the values.
-        ids: of Gymnasium's registry that are offered.
+        ids: the offered environments of Gymnasium's registry.
 
     Raises:
         ValueError: a value is missing or not allowed; the message lists what is.
@@ -134,7 +133,7 @@ def read_plan(given: Mapping[str, Any], ids: Collection[str] = ()) -> Plan:
     if plan.settings.max_turns is None:
         max_turns = entry(plan.id).family.max_turns
         plan = plan._replace(settings=replace(plan.settings, max_turns=max_turns))
-    spec = plan.spec({})
+    spec = plan.spec()
     return plan._replace(id=spec.id, settings=replace(plan.settings, feedback_type=spec.feedback_type))
 
 

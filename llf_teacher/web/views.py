@@ -14,34 +14,30 @@ from llf_teacher.escaping import escape_control_chars
 from llf_teacher.theme import prepare_turns
 from llf_teacher.theme.turns import bits_words, read_sentence
 from llf_teacher.web.lesson import PlannedLesson
-from llf_teacher.web.open_lessons import NAMES, OpenLesson, OpenLessons
+from llf_teacher.web.open_lessons import NAMES, OpenLesson
 from pz_envs.seats import STUDENT, TEACHER
 from teachers.atoms import FeedbackType, Label
 from teachers.words import VERDICTS, VerdictWord
 
-_MANY_WORDS = 24  # of a world, or numbers of its actions, for each of which there is a button
+_MANY_WORDS = 24  # greatest number of words or actions of a world that get buttons
 
 
-def state(
-    lessons: OpenLessons, opened: OpenLesson, seat: str, pages: jinja2.Environment, since: str = ""
-) -> dict[str, Any]:
-    """The lesson as a seat may see it.
+def state(opened: OpenLesson, seat: str, pages: jinja2.Environment, since: str = "") -> dict[str, Any]:
+    """The state of a lesson for a seat.
 
     Args:
-        lessons: all open lessons.
         opened: the lesson.
         seat: the seat.
         pages: the templates, with the macro of a turn.
-        since: the `mark` of an earlier state, whose turns are left out; empty: none are.
+        since: the `mark` of an earlier state, whose turns are left out; empty: all turns.
     """
-    lesson, terms = opened.lesson, lessons.terms
+    lesson = opened.lesson
     renderer = lesson.renderer(seat)
     checked = seat != STUDENT or lesson.over
     epoch, _, known = since.partition(".")
     now = f"{lesson.undone}{'c' if checked else 'p'}"
     first = min(int(known), len(lesson.rows)) if epoch == now and known.isdecimal() else 0
-    away = sorted(lesson.plan.people - opened.codes.keys())
-    mine = lesson.to_move == seat and not away
+    mine = lesson.to_move == seat
     moment = lesson.session.moment
     _, (did, _), *world = renderer.text(lesson.view.description())
     last = lesson.rows[-1].atoms if lesson.rows and renderer.heard and checked else []
@@ -59,11 +55,7 @@ def state(
         "success": moment.success,
         "over": lesson.over,
         "mine": mine,
-        "waits": "" if mine or lesson.over else NAMES.get(away[0] if away else lesson.to_move, ""),
-        "join": seat in away,
-        "consent": terms.consent,
-        "codes": terms.codes,
-        "kept": opened.kept,
+        "waits": "" if mine or lesson.over else NAMES.get(lesson.to_move, ""),
         "now": escape_control_chars("".join(piece for piece, _ in world)),
         "did": escape_control_chars(did.strip()),
         "said": [
@@ -76,7 +68,7 @@ def state(
         + own,
         "heard": renderer.heard,
         "unmeasured": lesson.unmeasured if checked else "",
-        "undo": terms.undo and not opened.kept and bool(lesson.moves) and lesson.moves[-1][0] == seat,
+        "undo": bool(lesson.moves) and lesson.moves[-1][0] == seat,
         **(_to_teach(lesson, pages) if seat == TEACHER and mine else {}),
         **(_to_learn(lesson) if seat == STUDENT else {}),
     }
@@ -98,7 +90,7 @@ def _sentence(
     bits: str | None = None,
     code: str = "",
 ) -> dict[str, str]:
-    """A sentence with its kind, its verdict, how much it says and its claim, and all of it as HTML."""
+    """A sentence with its kind, its verdict, its information and its claim, and all of these as HTML."""
     macro = pages.get_template("theme/episode.html.j2").module.sentence  # type: ignore[attr-defined]  # a macro of it
     return {
         "kind": f"{kind or ''}",
@@ -109,7 +101,7 @@ def _sentence(
 
 
 def _own_words(lesson: PlannedLesson, pages: jinja2.Environment) -> list[dict[str, str]]:
-    """What a person last said in its own words, sentence by sentence: what was understood, and whether it holds."""
+    """A person's last own words, sentence by sentence: the claim that was read, and whether it holds."""
     if not lesson.rows:
         return []
     last = lesson.rows[-1]
@@ -121,21 +113,21 @@ def _own_words(lesson: PlannedLesson, pages: jinja2.Environment) -> list[dict[st
 
 
 def _to_teach(lesson: PlannedLesson, pages: jinja2.Environment) -> dict[str, Any]:
-    """The choices of a person that teaches."""
-    offer = lesson.teacher_view.offer
+    """The choices of a teaching person."""
     if lesson.settings.speech == "message":
-        return {"suggestion": escape_control_chars(offer.suggestion()), "understood": _own_words(lesson, pages)}
-    measured = lesson.weigh(offer.listed())
+        return {"suggestion": escape_control_chars(lesson.suggestion()), "understood": _own_words(lesson, pages)}
+    listed = lesson.listed()
+    measured = lesson.weigh(listed)
     return {
         "claims": [
             _sentence(pages, claim.kind, sentence, bits=bits.described if bits else None)
-            for claim, sentence, bits in zip_longest(offer.listed(), offer.sentences(), measured)
+            for claim, sentence, bits in zip_longest(listed, lesson.sentences(), measured)
         ]
     }
 
 
 def _to_learn(lesson: PlannedLesson) -> dict[str, Any]:
-    """The actions of a person that learns."""
+    """The actions of a learning person."""
     world = lesson.session.world
     words, space = list(world.action_words), world.action_space
     if not words and isinstance(space, spaces.Discrete):
@@ -148,7 +140,7 @@ def _to_learn(lesson: PlannedLesson) -> dict[str, Any]:
 
 
 def picture(lesson: PlannedLesson, seat: str, theme: str) -> bytes:
-    """The world as a seat may see it, as a PNG: without words, which the page has.
+    """The world for a seat as a PNG, without the words, which the page shows.
 
     Raises:
         ValueError: there is no such theme.
@@ -160,6 +152,6 @@ def picture(lesson: PlannedLesson, seat: str, theme: str) -> bytes:
 
 
 def links(opened: OpenLesson, seat: str) -> dict[str, str]:
-    """The secrets of the seats for other people, by the names of the seats."""
+    """The addresses of the other seats with people, by the names of the seats."""
     shares = opened.lesson.plan.seat == seat and seat != WATCHER
-    return {NAMES[other]: token for other, token in opened.tokens.items() if other != seat and shares}
+    return {NAMES[other]: f"/seat/{token}" for other, token in opened.tokens.items() if other != seat and shares}

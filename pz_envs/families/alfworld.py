@@ -9,7 +9,6 @@ FAMILY = Family(
     world="Alfworld",
     oracle="AlfworldOracle",
     picture="AlfworldPicture",
-    posterior="AlfworldPosterior",
     environments={"alfworld-v0": {}},
     showcase=("alfworld-v0",),
     max_turns=100,

@@ -1,5 +1,6 @@
-"""Oracles for environments that bring none: they plan, and say no more than their tier of planning knows."""
+"""Planned oracles for environments without one; the tier of planning limits what they say."""
 
+import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -8,8 +9,9 @@ import gymnasium
 
 from teachers.planning.exact import Exact
 from teachers.planning.expert import Expert
-from teachers.planning.planner import Planned, Planner, PlanningError
-from teachers.planning.searched import Searched
+from teachers.planning.known import Known, known, words_of
+from teachers.planning.planner import REWARDS, Planned, Planner, PlanningError, RewardsOnlyWarning, check_steps
+from teachers.reward_oracle import RewardOracle
 from teachers.spec import parse_call
 
 __all__ = [
@@ -20,24 +22,27 @@ __all__ = [
     "Planned",
     "Planner",
     "PlanningError",
-    "Searched",
     "parse_planner",
     "survey",
 ]
 
 TIERS: dict[str, type[Planner]] = {
     "exact": Exact,
-    "searched": Searched,
     "expert": Expert,
 }
-"""Planners by name, those that know the most first."""
+"""Planners by name; the one that knows most comes first."""
 
 
 class Auto(Planner):
-    """The first of the tiers that serves an environment, each with its default options."""
+    """Uses the first tier that serves an environment, with its default options; if none does, rewards alone."""
 
     def plan(self, env: gymnasium.Env[Any, Any], turns: int, success: Callable[..., Any] | None = None) -> Planned:
-        """Try each tier."""
+        """Try each tier; if none serves, warn of the reasons.
+
+        Raises:
+            PlanningError: the environment cannot be reset and stepped.
+        """
+        check_steps(env)
         refused: dict[str, str] = {}
         for name, planner in TIERS.items():
             try:
@@ -45,17 +50,34 @@ class Auto(Planner):
             except PlanningError as error:
                 refused[name] = f"{error}"
         reasons = "".join(f"\n- {name}: {reason}" for name, reason in refused.items())
-        raise PlanningError(
-            f"no tier of planning serves {env}:{reasons}\nFollow one of these hints, leave out oracle=... (in a study "
-            "or a command, set oracle='rewards') for rewards in words, or write an oracle "
-            "(docs/teach-your-own-environment.md)"
+        own = known(env) or Known()
+        note = own.unlike and f"\nNote: {own.unlike}"
+        warnings.warn(
+            f"no tier of planning serves {env}:{reasons}{note}\nThe teacher says what was paid, and no more. For more, "
+            "follow one of these hints, or write an oracle (docs/teach-your-own-environment.md). If rewards are all "
+            "that you want, leave out oracle=... (in a study or a command, set oracle='rewards')",
+            RewardsOnlyWarning,
+            stacklevel=2,
+        )
+        return Planned(
+            tier=REWARDS,
+            why="no tier of planning serves the environment",
+            oracle=RewardOracle,
+            phrases={},
+            look=None,
+            model=None,
+            action_words=words_of(env, own),
+            describe=own.describe,
+            success=success or own.success,
+            copies=False,
+            refused=refused,
         )
 
 
 def survey(
     env: gymnasium.Env[Any, Any], turns: int, asked: Planner | None = None
 ) -> dict[str, Planned | PlanningError]:
-    """What tiers say of an environment: their plans, or why they do not serve.
+    """The plan of each tier for an environment, or the reason why it does not serve.
 
     Args:
         env: the environment.
@@ -78,7 +100,7 @@ def parse_planner(spec: str) -> Planner:
     """The planner of a spec string, such as `auto` or `exact(gamma=0.95)`.
 
     Raises:
-        ValueError: there is none.
+        ValueError: the spec names no planner.
     """
     known: dict[str, type[Planner]] = {"auto": Auto, **TIERS}
     call = parse_call(

@@ -1,4 +1,4 @@
-"""Whether a student sees what decides what happens, as far as play shows."""
+"""Whether the student's observations determine the next ones, tested by random play."""
 
 import copy
 import time
@@ -7,14 +7,14 @@ from typing import Any
 
 import gymnasium
 
-from teachers.planning.contents import still_value
 from teachers.planning.known import Known
 from teachers.planning.planner import stepped
-from worlds.wrapped.snapshots import shake
+from teachers.planning.state_key import comparable
+from worlds.wrapped.generators import shake
 
 _Env = gymnasium.Env[Any, Any]
 _EPISODES, _STEPS = 500, 20  # of random play, and steps of each
-_SECONDS = 2.0
+_SECONDS = 2.0  # of computing
 _PATIENCE = 30  # episodes in which an observation has to come again
 
 
@@ -23,10 +23,10 @@ def privileged(env: _Env, own: Known | None) -> bool | None:
 
     Args:
         env: the environment, which is reset and stepped.
-        own: what is known of it.
+        own: the module's knowledge of it, if any.
 
     Returns:
-        What is known; else True if play shows it, and None if not.
+        The answer in `own` if it has one; else True if play shows hidden state, and None if not.
     """
     if own is not None and own.hides is not None:
         return own.hides
@@ -34,8 +34,8 @@ def privileged(env: _Env, own: Known | None) -> bool | None:
 
 
 def _hides(env: _Env) -> bool:
-    """Whether an action had two results after the same observation and number of actions, with the same draws."""
-    space, begun = copy.deepcopy(env.action_space), time.monotonic()
+    """Whether play finds one action with two results after equal observations, turns and draws."""
+    space, begun = copy.deepcopy(env.action_space), time.process_time()
     space.seed(0)
     seen: dict[Hashable, Hashable] = {}
     again = 0
@@ -47,15 +47,15 @@ def _hides(env: _Env) -> bool:
             before = observation
             observation, reward, terminated, truncated, _ = stepped(env, action)
             try:
-                key = turn, still_value(before), still_value(action)
-                result = still_value(observation), repr(float(reward)), terminated
+                key = turn, comparable(before), comparable(action)
+                result = comparable(observation), repr(float(reward)), terminated
             except TypeError:  # an observation of a kind that cannot be compared
                 return False
             again += key in seen
             if seen.setdefault(key, result) != result:
                 return True
-            if terminated or truncated or time.monotonic() - begun > _SECONDS:
+            if terminated or truncated or time.process_time() - begun > _SECONDS:
                 break
-        if time.monotonic() - begun > _SECONDS or (seed > _PATIENCE and not again):
+        if time.process_time() - begun > _SECONDS or (seed > _PATIENCE and not again):
             break
     return False

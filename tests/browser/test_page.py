@@ -1,4 +1,4 @@
-"""The page as people use it: the three seats, two people, bad inputs, a connection that is lost, keyboard and phone."""
+"""The page in use: the three seats, both at once, bad inputs, a connection that is lost, keyboard and phone."""
 
 import pytest
 from browsing import GRID, browsing, serving
@@ -49,6 +49,9 @@ def test_the_students_seat(address, visitor):
     assert {link.get_attribute("href").rpartition(".")[2] for link in visitor.all("a[download]")} == {
         *("json", "jsonl", "gif", "db")
     }
+    visitor.click("#film")
+    visitor.shows("#making", "It is being made")
+    visitor.until(lambda: visitor.text("#making") == "", "film")
 
 
 def test_the_teachers_seat(address, visitor):
@@ -98,11 +101,11 @@ def test_who_watches(address, visitor):
     assert visitor.one("#play").get_attribute("aria-pressed") == "false"
 
 
-def test_two_people(address, visitor):
+def test_both_seats(address, visitor):
     visitor.begin(address, seat="student", two=True, seed=7, max_turns=2)
     visitor.shows("#status", "Waiting for the teacher")
     with browsing() as other:
-        other.driver.get(visitor.one("#link").get_attribute("value"))
+        other.driver.get(visitor.one("#link").get_attribute("href"))
         other.shows("#status", "It is your turn")
         assert not other.all("#link")
         other.all("#claims input")[0].click()
@@ -150,7 +153,7 @@ def test_a_connection_that_is_lost(address, visitor):
     visitor.driver.set_network_conditions(offline=True, latency=0, throughput=0)
     visitor.shows("#connection", "The server cannot be reached; trying again.")
     with browsing() as other:
-        other.driver.get(visitor.one("#link").get_attribute("value"))
+        other.driver.get(visitor.one("#link").get_attribute("href"))
         other.shows("#status", "It is your turn")
         other.press("Let oracle speak")
         other.shows("#status", "Waiting for the student")
@@ -177,28 +180,6 @@ def test_a_page_that_is_behind_makes_no_move(address, visitor):
         other.shows("#problem", "the lesson is at turn 1, and this was sent for turn 0")
         other.shows("#status", "Turn 1 ")
         other.shows("#did", "The student: west")
-
-
-def test_people_agree_first(visitor, tmp_path):
-    (tmp_path / "consent.txt").write_text("We keep what you do <here>.")
-    store = tmp_path / "people.db"
-    with serving("--consent", tmp_path / "consent.txt", "--codes", "--store", store) as address:
-        visitor.driver.get(address)
-        visitor.one("#max_turns")
-        visitor.driver.execute_script("document.querySelector('form details').open = true")
-        visitor.one("#max_turns").send_keys("1")
-        visitor.press("Begin")
-        visitor.shows("#consent", "We keep what you do <here>.")
-        assert not visitor.one("#lesson").is_displayed()
-        visitor.press("Sit down")
-        visitor.shows("#problem-sit", "you must agree")
-        visitor.click("input[name=agreed]")
-        visitor.one("#participant").send_keys("p07" + Keys.ENTER)
-        visitor.until(lambda: visitor.one("#lesson").is_displayed(), "lesson")
-        visitor.press("west")
-        visitor.shows("#end", "It is in the study.")
-    with Store(store) as written:
-        assert [row["student"] for row in written.rows()] == ["llf_teacher.people:PersonLearning(code='p07')"]
 
 
 def test_stored_episodes_turn_by_turn(visitor, tmp_path):
@@ -351,7 +332,7 @@ def test_bandits_have_a_button_for_each_arm(address, visitor):
 def test_what_is_ticked_is_heard(address, visitor):
     visitor.begin(address, seat="student", two=True, seed=7)
     with browsing() as other:
-        other.driver.get(visitor.one("#link").get_attribute("value"))
+        other.driver.get(visitor.one("#link").get_attribute("href"))
         for turn in range(3):
             other.shows("#status", f"Turn {turn} ")
             other.shows("#status", "It is your turn")

@@ -16,12 +16,11 @@ from worlds.bandits import Bandit
 from worlds.gridworld import Gridworld
 from worlds.posteriors import NoWorldError, Posterior
 from worlds.posteriors import testing as kit
-from worlds.posteriors.alfworld import AlfworldPosterior
 from worlds.posteriors.bandits import BanditPosterior, Seen
 from worlds.posteriors.gridworld import GridworldPosterior
 
 ABLE = [each for each in ENTRIES if each.values[0].family.posterior]
-DEAR = {"alfworld": amount(20, full=40), "movies": amount(150, full=300)}  # histories, each with 19 worlds
+DEAR = {"movies": amount(150, full=300)}  # histories, each with 19 worlds
 TOWNS = [each for each in ABLE if towns_of(each.values[0])]
 
 of_each_family = sampled(lambda entry: {entry.family.name})
@@ -71,14 +70,14 @@ def test_posteriors_are_calibrated_in_towns(entry, monkeypatch):
 @pytest.mark.full
 @pytest.mark.parametrize("entry", TOWNS)
 def test_posteriors_are_calibrated_in_many_towns(entry, monkeypatch):
-    monkeypatch.setattr(kit, "HISTORIES", 600 if entry.family.name == "alfworld" else 10_000)
+    monkeypatch.setattr(kit, "HISTORIES", 10_000)
     kit.check_calibration(*made(entry, town=3))
 
 
 @pytest.mark.full
 @pytest.mark.parametrize("entry", ABLE)
 def test_posteriors_are_calibrated_over_many_long_histories(entry, monkeypatch):
-    monkeypatch.setattr(kit, "HISTORIES", 600 if entry.family.name == "alfworld" else 10_000)
+    monkeypatch.setattr(kit, "HISTORIES", 10_000)
     monkeypatch.setattr(kit, "_TURNS", 15)
     kit.check_calibration(*made(entry))
 
@@ -197,20 +196,13 @@ def test_the_kit_finds_what_else_is_wrong(make, liar, check, rejects):
 
 def test_families_without_a_posterior_say_so():
     able = [each.name for each in all_families() if each.posterior]
-    assert able == ["alfworld", "bandits", "gridworld", "movies"]
+    assert able == ["bandits", "gridworld", "movies"]
     for each in all_families():
         if each.name not in able:
-            with pytest.raises(ValueError, match="has no posterior; families with one: alfworld, bandits"):
+            with pytest.raises(ValueError, match="has no posterior; families with one: bandits, gridworld"):
                 each.make_posterior(None)
     with pytest.raises(ValueError, match=r"only where the student knows the plan of the house.*pass map=True"):
         family("gridworld").make_posterior(Gridworld())
-
-
-def test_official_games_are_refused():
-    world = family("alfworld").make_world(games="generated")
-    world._files = ("game.tw-pddl",)
-    with pytest.raises(ValueError, match=r"official games have no posterior.*pass games='generated'"):
-        AlfworldPosterior(world)
 
 
 class Picky(Posterior):

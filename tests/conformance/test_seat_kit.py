@@ -43,7 +43,7 @@ class NoLastWord(TutoringEnv):
         super()._act(agent, action)
         session = self.session
         unread = type(session.moment.action) is ParseFailure
-        if agent == STUDENT and session.over and not unread and session.offers[0].purse.budget is None:
+        if agent == STUDENT and session.over and not unread and session.teacher_turns[0].budget.limit is None:
             self.terminations = dict.fromkeys(self.agents, session.terminated)
             self.truncations = dict.fromkeys(self.agents, session.truncated)
             self.agent_selection = STUDENT
@@ -52,7 +52,7 @@ class NoLastWord(TutoringEnv):
 class Chatterbox(TutoringEnv):
     def _act(self, agent, action):
         super()._act(agent, action)
-        if agent == TEACHER and self.session.offers[0].purse.cost == 0.5 and self.session.feedback == "":
+        if agent == TEACHER and self.session.teacher_turns[0].budget.cost == 0.5 and self.session.feedback == "":
             self.session.feedback = "Well."
 
 
@@ -75,8 +75,8 @@ class Spendthrift(TutoringEnv):
     def _act(self, agent, action):
         super()._act(agent, action)
         if agent == TEACHER:
-            purse = self.session.offers[0].purse
-            purse.spent -= purse.left == 0
+            budget = self.session.teacher_turns[0].budget
+            budget.spent -= budget.left == 0
 
 
 class Wanderer(TutoringEnv):

@@ -14,7 +14,7 @@ import llf_teacher
 from llf_teacher.registry import PREFIX
 from llf_teacher.tools.audit import audit
 from pz_envs.lesson import Lesson
-from pz_envs.text_mode import parse_action
+from pz_envs.text.actions import parse_action
 from teachers.common import Example
 from teachers.oracle import POSTERIOR
 from teachers.personality import PERSONALITIES, parse_personality
@@ -67,13 +67,10 @@ def test_the_worlds_trace_is_the_same_as_without_a_teacher(name, spec):
     assert trace(spec) == trace("silent")
 
 
-def serves(name, spec):
-    """ALFWorld's games are generated ones, unless others are installed."""
-    return FAMILIES[name].serves(spec, **{"games": "generated"} if name == "alfworld" else {})
-
-
 @sampled(lambda name, spec: {name, spec})
-@pytest.mark.parametrize(("name", "spec"), [(n, s) for n in FAMILIES for s in PERSONALITIES.names if not serves(n, s)])
+@pytest.mark.parametrize(
+    ("name", "spec"), [(n, s) for n in FAMILIES for s in PERSONALITIES.names if not FAMILIES[n].serves(s)]
+)
 def test_who_cannot_serve_says_so_when_a_teacher_is_made(name, spec):
     family = FAMILIES[name]
     able = family.oracle_class().abilities() | family.posterior_abilities

@@ -98,6 +98,22 @@ def test_a_town_is_a_world(entry):
 
 @of_each_family
 @pytest.mark.parametrize("entry", TOWNS)
+def test_without_its_law_a_world_looks_the_same(entry):
+    world = made(entry, town=FRESH)()
+    truth = opened(world, 0)
+    other = lawless(truth)
+    assert law_of(truth) != law_of(other)
+    assert seen(world.scratch(), truth) == seen(world.scratch(), other)
+    oracle = entry.family.make_teacher(world).oracle
+    briefs = []
+    for each in (truth, other):
+        oracle.start(each)
+        briefs.append(oracle.brief(each, "b"))
+    assert briefs[0] == briefs[1]
+
+
+@of_each_family
+@pytest.mark.parametrize("entry", [each for each in TOWNS if each.values[0].family.posterior])
 def test_the_law_is_not_seen(entry):
     """A drawn world has other laws, and the same observation and instruction."""
     laws = set()

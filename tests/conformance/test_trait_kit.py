@@ -7,7 +7,6 @@ import pytest
 
 from llf_teacher import testing as kit
 from llf_teacher.students.parsing import TRAITS
-from llf_teacher.students.scene import Recovery, log_binomial
 from llf_teacher.students.trait import Trait
 from llf_teacher.students.traits.stubborn import Stubborn
 from teachers.atoms import FP, action_of
@@ -15,7 +14,6 @@ from teachers.common import Right
 from teachers.spec import Share
 
 GRID = "llf-gridworld-v0"
-SHOWN = Recovery(0.4, teacher="mistake(eps=1)")
 
 
 @pytest.mark.parametrize("name", TRAITS.names)
@@ -26,8 +24,6 @@ def test_traits_that_ship_pass(name):
 @dataclass(frozen=True)
 class Good(Stubborn):
     """Repeats itself."""
-
-    recovery = SHOWN
 
 
 class Bare(Good):
@@ -70,20 +66,11 @@ class Global(Trait):
         return action
 
 
-@dataclass(frozen=True)
-class Reversed(Good):
-    """Takes a strong trait for a weak one."""
-
-    def log_likelihood(self, strengths, steps):
-        return super().log_likelihood(1 - strengths, steps)
-
-
 LIARS = {
     kit.check_trait_value: Bare(),
     kit.check_trait_absent: Present(),
     kit.check_trait_agrees: Mumbling(p=1.0),
     kit.check_trait_student: Global(),
-    kit.check_trait_recovery: Reversed(),
 }
 
 
@@ -118,19 +105,8 @@ class Nameless(Good):
             Mumbling(p=1.0),
             "text_only acts otherwise than obedient; `hear` must",
         ),
-        (
-            kit.check_trait_recovery,
-            Reversed(),
-            r"by its log_likelihood the strength of .*Reversed.* in .* was 0.6",
-        ),
     ],
 )
 def test_what_is_refused_is_said(check, trait, message):
     with pytest.raises(AssertionError, match=message):
         check(trait, GRID)
-
-
-def test_the_likelihood_of_trials_has_its_greatest_value_at_their_share():
-    strengths = Good.strengths
-    assert strengths[log_binomial(strengths, 30, 100).argmax()] == pytest.approx(0.3)
-    assert log_binomial(strengths, 0, 0).tolist() == [0.0] * len(strengths)

@@ -3,7 +3,7 @@
 A test is played in three sizes, each within the next. A size is a mark, for `pytest -m`:
 
 - `smoke`: for a look at an installation, in two minutes. A few tests of each module in a folder of `tests`, one case of
-  each, of a family that is cheap; what lies in `tests` itself looks at the source tree, too.
+  each, of a family that is cheap; what lies in `tests` itself or in `tests/repository` looks at the source tree, too.
 - `quick`: what `pytest` plays. A test that crosses things says by `sampled` what each of its cases shows, such as a
   family and a personality, and plays a cover of them: cases that together show whatever there is to show, so that no
   family and no personality is left out of any test. The cases are drawn anew for each version of the package and apart
@@ -28,6 +28,8 @@ from llf_teacher.registry import PREFIX, Entry, entries
 from pz_envs.family import all_families
 
 TESTS = Path(__file__).parents[1]
+SOURCES = (TESTS, TESTS / "repository")
+"""Folders whose tests look at the source tree."""
 FEW = 5
 """Tests of a module for a look."""
 COSTLY = {"parking"}
@@ -121,7 +123,7 @@ def mark_sizes(cases: Sequence[pytest.Item], version: str) -> None:
         for place in places:
             quick[place].add_marker("quick")
         fast = (quick[place] for place in places if not costs[place])
-        if (first := next(fast, None)) and first.path.parent != TESTS:
+        if (first := next(fast, None)) and first.path.parent not in SOURCES:
             modules[test.partition("::")[0]].append(first)
     for module, firsts in modules.items():
         for case in random.Random(f"{version} {module}").sample(firsts, min(FEW, len(firsts))):

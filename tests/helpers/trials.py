@@ -6,9 +6,8 @@ from design import amount
 
 PARTS = {
     "visible": {"_EPISODES": 60},
-    "exact.exploring": {"_PLAYED": 300, "_PLAYED_AGAIN": 150},
+    "exact.exploring": {"_PLAYED": 300},
     "exact.tables": {"_LATE": 400, "_COUNTED": 2_000},
-    "searched.search": {"_COUNTED": 300},
     "expert.trial": {"_EPISODES": 25, "_TOTAL": 80},
 }
 """What is tried less of, by default, where an environment is in order or what is wrong with it shows soon."""

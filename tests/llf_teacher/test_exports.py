@@ -3,10 +3,8 @@
 import gc
 import json
 import math
-import statistics
 import tracemalloc
 
-import numpy as np
 import pytest
 from design import amount
 from pyarrow import json as arrow
@@ -20,7 +18,7 @@ from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.export import export_names, write_export
 from llf_teacher.studies.export.dialogue import exchanges
 from llf_teacher.studies.store import Store
-from pz_envs.text_mode import parse_action
+from pz_envs.text.actions import parse_action
 from teachers.atoms import ParseFailure
 
 STUDY = Study(
@@ -136,85 +134,6 @@ def test_dpo_pairs_answers_to_the_same_state(found, tmp_path):
     ]
 
 
-def test_sdpo_tells_what_was_said_of_an_answer_apart_from_the_prompt(found, tmp_path):
-    rows = written(found, tmp_path, "sdpo")
-    turns = {
-        (episode["key"], turn["turn"]): turn
-        for episode in found.rows()
-        for turn in found.turns(episode["key"])[1:]
-        if turn["feedback"]
-    }
-    assert [(row["key"], row["turn"]) for row in rows] == list(turns)
-    assert {row["teacher"] for row in rows} == {"oracle"}
-    for row in rows:
-        turn = turns[row["key"], row["turn"]]
-        assert row["privileged_context"] == f"Response: {row['taken']}\n\nThe teacher says: {turn['feedback']}"
-        assert (row["feedback"], row["regret"], row["reward"]) == (turn["feedback"], turn["regret"], turn["reward"])
-        assert len(row["prompt"]) == 2 * row["turn"]  # nothing of what came after
-    bad = written(found, tmp_path, "sdpo(regret_above=0.5)")
-    assert [row for row in rows if row["regret"] > 0.5] == bad
-    assert 0 < len(bad) < len(rows)
-
-
-def check_every_eval_ever(told):
-    """What the schema 0.3.0 of Every Eval Ever demands, in short."""
-    needed = {"schema_version", "evaluation_id", "retrieved_timestamp", "source_metadata", "eval_library", "model_info"}
-    assert told.keys() == needed | {"evaluation_results"}
-    source = told["source_metadata"]
-    assert source["source_type"] in ("documentation", "evaluation_run")
-    assert source["evaluator_relationship"] in ("first_party", "third_party", "collaborative", "other")
-    assert isinstance(source["source_organization_name"], str)
-    assert {"name", "version"} <= told["eval_library"].keys()
-    assert {"name", "id"} <= told["model_info"].keys()
-    details = told["model_info"]["additional_details"]
-    assert details["deployment_type"] in ("self_deployed", "externally_managed", "unknown")
-    assert details["model_availability"] in ("open_weights", "closed_weights", "unknown")
-    assert told["evaluation_id"].count("/") >= 2
-    ids = [result["evaluation_result_id"] for result in told["evaluation_results"]]
-    assert len(set(ids)) == len(ids)
-    assert told["retrieved_timestamp"].isdigit()
-    for result in told["evaluation_results"]:
-        assert {"evaluation_name", "source_data", "metric_config", "score_details"} <= result.keys()
-        assert result["source_data"]["source_type"] == "other"
-        assert isinstance(result["source_data"]["dataset_name"], str)
-        metric = result["metric_config"]
-        assert isinstance(metric["lower_is_better"], bool)
-        assert metric["score_type"] == "continuous"
-        most = math.inf if metric["max_score"] == "Infinity" else metric["max_score"]
-        assert metric["min_score"] <= result["score_details"]["score"] <= most
-        assert metric["metric_id"] == f"llf-teacher.{metric['metric_name']}"
-        for details in (metric, result["source_data"], told["model_info"]):
-            assert all(isinstance(value, str) for value in details["additional_details"].values())
-        assert isinstance(result["score_details"]["score"], float)
-        uncertainty = result["score_details"]["uncertainty"]
-        assert uncertainty["num_samples"] == 2
-        assert uncertainty["standard_error"]["value"] == pytest.approx(uncertainty["standard_deviation"] / math.sqrt(2))
-
-
-def test_results_are_in_the_schema_of_every_eval_ever(found, tmp_path):
-    folder = tmp_path / "eee"
-    assert write_export(found, folder, "eee(organization='ours', relationship='first_party')") == 2
-    files = {path.name.split("-")[0]: json.loads(path.read_text(encoding="utf-8")) for path in folder.glob("*.json")}
-    assert files.keys() == {"text", "random"}
-    assert len({told["evaluation_id"] for told in files.values()}) == 2
-    for told in files.values():
-        check_every_eval_ever(told)
-        assert len(told["evaluation_results"]) == 4 * 2 * 3
-    result = next(
-        each
-        for each in files["random"]["evaluation_results"]
-        if each["evaluation_name"] == "llf-gridworld-v0 regret"
-        and each["source_data"]["additional_details"]["teacher"] == "oracle"
-    )
-    mine = [
-        row["regret"] / row["turns"]
-        for row in found.rows()
-        if (row["id"], row["teacher"], row["student"]) == ("llf-gridworld-v0", "oracle", "random")
-    ]
-    assert result["score_details"]["score"] == pytest.approx(statistics.fmean(mine))
-    assert result["score_details"]["uncertainty"]["standard_deviation"] == pytest.approx(np.std(mine, ddof=1))
-
-
 def model(request):
     return "<think>It says so.</think>\n**Response:** go west" if len(request["messages"]) < 5 else "no idea"
 
@@ -238,10 +157,6 @@ def test_what_a_model_said_is_kept_and_what_it_thought_is_apart(asked, tmp_path)
     assert [turn["parse_failure"] for turn in row["turns"]] == [False, False, True, True]
     assert [each["turn"] for each in written(asked, tmp_path, "sft")] == [1, 2]
     assert all("<think>" not in json.dumps(each["prompt"]) for each in written(asked, tmp_path, "sft"))
-    write_export(asked, tmp_path / "eee", "eee")
-    (told,) = (json.loads(path.read_text(encoding="utf-8")) for path in (tmp_path / "eee").glob("*.json"))
-    assert told["model_info"]["id"] == "ours/scripted"
-    assert [each["score_details"]["score"] for each in told["evaluation_results"]][2] == 0.5
 
 
 class Many(Results):
@@ -254,7 +169,7 @@ class Many(Results):
             yield from super().rows()
 
 
-@pytest.mark.parametrize("spec", ["chat", "sft(hindsight=True)", "sdpo", "dpo", "eee"])
+@pytest.mark.parametrize("spec", ["chat", "sft(hindsight=True)", "dpo"])
 def test_memory_does_not_grow_with_the_store(found, tmp_path, spec):
     def peak(times):
         many = Many(found.path)
@@ -274,16 +189,13 @@ def test_memory_does_not_grow_with_the_store(found, tmp_path, spec):
 
 
 def test_what_is_no_format_is_refused(found, tmp_path):
-    assert export_names() == ("chat", "dpo", "eee", "minari", "sdpo", "sft")
+    assert export_names() == ("chat", "dpo", "sft")
     for spec, said in (
         ("char", "unknown format 'char'; did you mean chat"),
         ("sft(sucess=True)", "format 'sft': unknown parameter 'sucess'; did you mean success"),
         ("sft(success=1)", "success must be True or False, got 1"),
         ("sft(regret_below=-1)", "regret_below"),
         ("dpo(margin='a')", "margin"),
-        ("sdpo(regret_above=-1)", "regret_above"),
-        ("eee(relationship='friend')", "relationship must be one of first_party"),
-        ("eee(deployment='mine')", "deployment must be one of self_deployed"),
         ("sft(", "bad format spec 'sft('; expected `name` or `name(key"),
         ("sft | dpo", "format spec 'sft | dpo' has 2 parts"),
     ):

@@ -21,10 +21,7 @@ from llf_teacher.studies import Study
 from llf_teacher.studies.execution.play import play
 from llf_teacher.tools.audit import audit
 from llf_teacher.tools.film import film
-from llf_teacher.tools.planned import PlannedCase, measure, update
-from llf_teacher.tools.trial import facts
 from llf_teacher.web.plan import read_plan
-from pz_envs.registered import Registered
 from pz_envs.settings import Settings
 from pz_envs.testing import check_seats
 from teachers.atoms import Label
@@ -37,7 +34,7 @@ LAKE, DOOR, CART = "gym:FrozenLake-v1", "gym:MiniGrid-DoorKey-5x5-v0", "gym:Cart
 
 MODULE = '''
 import gymnasium
-import gymnasium.envs.classic_control
+import gymnasium.envs.toy_text
 
 class Corridor(gymnasium.Env):
     """Five cells with a treasure."""
@@ -78,7 +75,7 @@ class Failing(Corridor):
     def __init__(self):
         raise OSError("no disk")
 
-class Windy(gymnasium.envs.classic_control.CartPoleEnv):
+class Windy(gymnasium.envs.toy_text.BlackjackEnv):
     def step(self, action):
         return super().step(action)
 
@@ -160,14 +157,14 @@ def test_the_teacher_of_a_world_knows_its_options():
         (LAKE, {"oracle": "exakt"}, "oracle must be .* the name of one .*, got 'exakt'"),
         (LAKE, {"oracle": "exact(gama=1)"}, "unknown parameter 'gama'; did you mean gamma"),
         (LAKE, {"oracle": "exact(states=0)"}, "states must be an integer of at least 1, got 0"),
-        (LAKE, {"oracle": "exact(seconds=-1)"}, "seconds must be a number above 0, got -1"),
+        (LAKE, {"oracle": "exact(steps=-1)"}, "steps must be an integer of at least 1, got -1"),
         (LAKE, {"oracle": 3}, "oracle must be a planner or its spec string, such as .*, got 3"),
         ("gym:FrozenLake-v0", {}, "has no 'FrozenLake-v0'; allowed: .*gym:FrozenLake for the newest"),
         ("gym:FrozenLaek-v1", {}, r"did you mean gym:FrozenLake-v1.*'gym:package.module:FrozenLaek-v1'"),
         ("gym:no_such_module:X-v0", {}, "the module 'no_such_module' cannot be imported"),
         ("gym:math:pi", {}, "the module 'math' neither registers nor defines 'pi'"),
         ("gym:llf-gridworld-v0", {}, "has a teacher already; leave the prefix 'gym:' out: 'llf-gridworld-v0'"),
-        ("gym:CartPole-v1", {"oracle": "exact"}, "its state has real numbers, which hardly recur"),
+        ("gym:CartPole-v1", {"oracle": "exact"}, "its state has real numbers in state, which hardly recur"),
     ],
 )
 def test_bad_ids_and_options_are_named(id, options, match):
@@ -310,7 +307,8 @@ def test_list_says_what_each_tier_says():
     assert "reward (r), praise (hp), blame (hn), advice (fp), warning (fn)" in shown
     shown = llf("list", "gym:CartPole-v1").stdout
     assert "real numbers" in shown
-    assert "a search of at most" in shown
+    assert "pass oracle=Expert(policy=f)" in shown
+    assert "with oracle='rewards' what was paid is said in words" in shown
 
 
 def test_play_takes_options():
@@ -334,8 +332,16 @@ def test_audits_take_options():
             ("copies        continue", "3 states", "solved after 2 turns", "describe=", "max_turns="),
         ),
         ("Wrong", 1, ("check_env shows it",)),
-        ("Opaque", 0, ("'part' has a value of class object", "a search of at most")),
-        ("Windy", 0, ("rules         Windy overrides step, so that rules known of CartPoleEnv may not hold",)),
+        (
+            "Opaque",
+            0,
+            (
+                "'part' has a value of class object",
+                "rewards       with oracle='rewards'",
+                "missing       a teacher who plans",
+            ),
+        ),
+        ("Windy", 0, ("rules         Windy overrides step, so that rules known of BlackjackEnv may not hold",)),
         ("Spaceless", 1, ("Spaceless, which lacks action_space, observation_space",)),
         ("Failing", 2, ("OSError: no disk",)),
         ("Nothing", 2, ("neither registers nor defines 'Nothing'",)),
@@ -352,8 +358,7 @@ def test_teach_tries_an_environment(own_module, name, status, said):
 @pytest.mark.parametrize(
     ("planner", "said", "unsaid"),
     [
-        ("exact(states=10)", "more than 10 states", "searched  "),
-        ("searched(nodes=2)", "the bounds are nodes=2", "exact  "),
+        ("exact(states=10)", "more than 10 states", "expert  "),
         ("rewards", "says what was paid", "exact  "),
     ],
 )
@@ -369,18 +374,6 @@ def test_teach_needs_a_prefix():
     assert "must be an id of Gymnasium with its prefix, gym:CartPole-v1" in llf("teach", "CartPole-v1").stderr
     assert "did you mean gym:CartPole-v1?" in llf("play", "CartPole-v1").stderr
     assert "did you mean gym:ferry:Fery?" in llf("audit", "ferry:Fery").stderr
-
-
-def test_a_trial_goes_on_where_the_same_planner_refuses_later(monkeypatch):
-    """Bounds in seconds depend on what else the machine does."""
-
-    def refuse(*_):
-        raise PlanningError("no way within 1 seconds")
-
-    monkeypatch.setattr(Registered, "for_lesson", refuse)
-    lines = list(facts(entry("gym:FrozenLake-v1").family))
-    assert [line.about for line in lines] == ["exact", "searched", "expert", "exact", "rewards"]
-    assert lines[3].text == "not again: no way within 1 seconds"
 
 
 @pytest.mark.parametrize(
@@ -430,24 +423,7 @@ def test_random_play_teaches_what_values_say():
 
 def test_where_nobody_knows_values_a_study_has_the_negated_reward_as_regret():
     """Teachers differ by as much as they would in regret."""
-    (spec, *_) = study(ids=["gym:CartPole-v1"], max_turns=3, seeds=1, options={}).episodes()
+    (spec, *_) = study(ids=[CART], max_turns=3, seeds=1, options={CART: {"oracle": "rewards"}}).episodes()
     record = play(spec)
     assert record.episode.regret == -record.episode.total_reward == -3
     assert [turn.regret for turn in record.turns] == [0, -1, -1, -1]
-
-
-def test_the_table_is_measured_and_written():
-    case = PlannedCase("gym:CliffWalking-v1", turns=54, episodes=1)
-    row = measure(case)
-    assert row["tier"] == "exact"
-    assert row["size"] == "48 states"
-    assert row["success: obedient, random"] == "100 %, 0 %"
-    assert row["return: obedient, random"].startswith("-13, ")
-    assert row["false"] == "0" < row["claims"]
-    lies, said = row["false of a liar's"].split(" of ")
-    assert lies == said
-    page = "<!-- llf dev planned: environments -->\n<!-- end -->\n"
-    assert "| `gym:CliffWalking-v1` | exact |" in update(page, [row])
-    with pytest.raises(ValueError, match="must have the markers"):
-        update("nothing", [row])
-    assert "unknown environment of the table 'gym:Lake'" in llf("dev", "planned", "--id", "gym:Lake").stderr

@@ -9,10 +9,11 @@ from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
 from playing import earned, episode
 
 import llf_teacher
-from llf_teacher.gym.lifetime import FIELDS
+from llf_teacher.gym.lifetime import FIELDS, is_mistake
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.variation import draw_student
-from teachers.session import SUBSETS
+from teachers.atoms import ParseFailure
+from teachers.feedback import SUBSETS
 from worlds.testing import plain
 
 GRID, ARMS, BOOTH = "llf-gridworld-v0", "llf-bandits-BanditTenArmedGaussian-v0", "llf-optimization-Booth-v0"
@@ -294,6 +295,18 @@ def test_who_cannot_announce_is_refused_however_it_is_made():
     env = llf_teacher.TeacherEnv(GRID, student=lambda rng: Still(rng), announce=True)  # of whom nothing is known yet
     with refused:
         env.reset(seed=0)
+
+
+def test_a_mistake_is_worth_less_than_another_action():
+    session = llf_teacher.make(GRID).unwrapped.session
+    session.open(1)
+    session.speak()
+    values = session.teacher.oracle.values(session.moment.after)
+    assert [is_mistake(session, action) for action in range(4)] == [value < max(values) for value in values]
+    assert is_mistake(session, ParseFailure("x", "y"))
+    reading = llf_teacher.make(GRID, text=True).unwrapped.session
+    reading.open(1)
+    assert is_mistake(reading, "no action")
 
 
 def test_an_announced_mistake_is_one_also_where_actions_have_no_values():

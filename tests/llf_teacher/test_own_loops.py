@@ -15,8 +15,8 @@ from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.play import play
 from pz_envs.family import all_families
 from teachers.atoms import FP, Moment
+from teachers.feedback import SUBSETS
 from teachers.numeric import ChoosesKinds
-from teachers.session import SUBSETS
 from worlds.testing import plain
 
 GRID, ARMS = "llf-gridworld-v0", "llf-bandits-BanditTenArmedRandomFixed-v0"

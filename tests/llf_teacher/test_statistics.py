@@ -65,6 +65,50 @@ def test_enough_values_that_are_not_skewed_or_very_many_have_an_interval(values)
     assert estimate.low < estimate.mean < estimate.high
 
 
+SHAPES = {
+    "normal": (lambda rng, size: rng.normal(size=size), 0.0),
+    "normal, mean 5": (lambda rng, size: rng.normal(5, 1, size), 5.0),
+    "exponential": (lambda rng, size: rng.exponential(size=size), 1.0),
+    "half zeros": (lambda rng, size: with_zeros(0.5, rng, size), 0.5),
+    "80 % zeros": (lambda rng, size: with_zeros(0.8, rng, size), 0.2),
+    "lognormal": (lambda rng, size: rng.lognormal(size=size), np.exp(0.5)),
+    "gamma, skewness 1": (lambda rng, size: rng.gamma(4, size=size), 4.0),
+    "difference of exponentials": (lambda rng, size: rng.exponential(size=size) - rng.exponential(size=size), 0.0),
+    "half zeros, both signs": (lambda rng, size: with_zeros(0.5, rng, size) * rng.choice((-1.0, 1.0), size), 0.0),
+    "exponential less its mean": (lambda rng, size: rng.exponential(size=size) - 1, 0.0),
+    "lognormal less its mean": (lambda rng, size: rng.lognormal(size=size) - np.exp(0.5), 0.0),
+}
+"""Distributions with their means."""
+
+
+def with_zeros(share, rng, size):
+    return np.where(rng.random(size) < share, 0.0, rng.exponential(size=size))
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_intervals_that_are_shown_cover(shape):
+    """At most a tenth of draws shows an interval that is wrong; intervals of the common shapes cover in nine tenths."""
+    draw, mean = SHAPES[shape]
+    rng = np.random.default_rng([3, [*SHAPES].index(shape)])
+    for n in (5, 10, 20, 40, 80):
+        band = mean_band(draw(rng, (n, 2000)))
+        shown = ~np.isnan(band.low)
+        covers = (band.low <= mean) & (mean <= band.high)
+        assert (shown & ~covers).mean() <= 0.11, n
+        if shape in ("normal", "exponential", "half zeros", "80 % zeros", "lognormal") and shown.mean() >= 0.01:
+            assert covers[shown].mean() >= 0.9, n
+        if shape == "normal" and n == 10:
+            assert shown.mean() > 0.85
+
+
+@pytest.mark.parametrize("rate", [0.02, 0.1, 0.3, 0.5])
+def test_intervals_of_rates_cover(rate):
+    for n in (5, 10, 20, 40, 80):
+        intervals = [rate_interval(count, n) for count in range(n + 1)]
+        covers = [interval.low <= rate <= interval.high for interval in intervals]
+        assert stats.binom.pmf(range(n + 1), n, rate) @ covers >= 0.95
+
+
 def test_the_rule_does_not_depend_on_the_unit_or_the_sign():
     rng = np.random.default_rng(4)
     sparse = np.arange(10.0) * (rng.random(10) < 0.3)

@@ -17,7 +17,6 @@ from llf_teacher.registry import entry
 from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.store import Store, StoreError
 from llf_teacher.studies.store.database import SCHEMA_VERSION
-from llf_teacher.studies.store.migration import migrate
 
 
 @pytest.mark.smoke
@@ -34,15 +33,18 @@ def test_a_database_may_be_collected_in_any_thread(tmp_path, monkeypatch, databa
     assert not unraisable
 
 
-def test_a_store_of_another_version_is_refused_and_unchanged(tmp_path):
+@pytest.mark.parametrize("version", [3, SCHEMA_VERSION - 1, SCHEMA_VERSION + 1])
+def test_a_store_of_another_version_is_refused_and_unchanged(tmp_path, version):
     path = tmp_path / "s.db"
     Store(path).close()
     with contextlib.closing(sqlite3.connect(path)) as db, db:
-        db.execute(f"PRAGMA user_version = {SCHEMA_VERSION + 1}")
+        db.execute(f"PRAGMA user_version = {version}")
     db.close()
     before = path.read_bytes()
-    with pytest.raises(StoreError, match=f"schema version {SCHEMA_VERSION + 1}, this release reads version"):
-        Store(path)
+    said = f"of schema version {version}, and must be of version {SCHEMA_VERSION}; give another .* play the study again"
+    for read_only in (False, True):
+        with pytest.raises(StoreError, match=said):
+            Store(path, read_only=read_only)
     assert path.read_bytes() == before
 
 
@@ -102,70 +104,6 @@ def test_an_episode_is_written_whole_or_not_at_all(tmp_path):
         store.add(record)
         assert store.keys() == {record.spec.key}
         store.check()
-
-
-OLD = """
-CREATE TABLE manifest (name TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
-CREATE TABLE episode (key TEXT PRIMARY KEY, id, teacher, student, instruction_type, feedback_type, max_turns, seed,
-version, rules, family, reads, turns, success, first_success, total_reward REAL, regret REAL, parse_failures, claims,
-claims_held, words) WITHOUT ROWID;
-CREATE TABLE turn (episode TEXT NOT NULL REFERENCES episode (key), turn, observation, action, action_words, reward REAL,
-regret REAL, success, parse_failure, instruction, feedback, atoms, PRIMARY KEY (episode, turn)) WITHOUT ROWID;
-PRAGMA application_id = 0x4C4C4654;
-PRAGMA user_version = 3;
-"""
-
-
-@pytest.fixture
-def old(tmp_path):
-    """A store of the schema before, and what is in it."""
-    records = [play(spec) for spec in small(seeds=1).episodes()]
-    path = tmp_path / "old.db"
-    with contextlib.closing(sqlite3.connect(path)) as db:
-        db.executescript(OLD)
-        db.execute("INSERT INTO manifest VALUES ('platform', '\"here\"')")
-        for record in records:
-            row = record.spec.key, *record.spec[:9], *record.episode[:11]
-            db.execute(f"INSERT INTO episode VALUES ({', '.join('?' * len(row))})", row)
-            turns = [(record.spec.key, *turn._replace(atoms=json.dumps(turn.atoms))[:11]) for turn in record.turns]
-            db.executemany(f"INSERT INTO turn VALUES ({', '.join('?' * len(turns[0]))})", turns)
-        db.commit()
-    return path, records
-
-
-def test_an_older_store_is_migrated_and_stays_as_it_is(old, tmp_path):
-    path, records = old
-    before = path.read_bytes()
-    with pytest.raises(StoreError, match=r"schema version 3, this release reads version 7.*llf study migrate"):
-        Store(path)
-    seen = []
-    assert migrate(path, tmp_path / "new.db", lambda *done: seen.append(done)) == len(records)
-    assert seen[-1] == (len(records), len(records))
-    assert path.read_bytes() == before
-    with Store(tmp_path / "new.db") as store, Store(tmp_path / "played.db") as played:
-        for record in records:
-            played.add(record)
-        assert [tuple(row) for row in store.episodes()] == [tuple(row) for row in played.episodes()]
-        assert all(store.turns(record.spec.key) == played.turns(record.spec.key) for record in records)
-        assert store.manifest() == {"platform": "here"}
-
-
-@pytest.mark.parametrize(
-    ("harm", "said"),
-    [
-        ("DELETE FROM turn WHERE turn = 3", "is incomplete, or its key is not that of EpisodeSpec"),
-        ("UPDATE episode SET seed = 99", "is incomplete, or its key is not that of EpisodeSpec"),
-        ("UPDATE episode SET words = words + 1", "disagree with its words"),
-        ("PRAGMA user_version = 2", "has schema version 2; only versions 3, 4, 5, 6 can be migrated to 7"),
-        ("DROP TABLE turn", "cannot read .*no such table"),
-    ],
-)
-def test_a_damaged_older_store_is_not_migrated(old, tmp_path, harm, said):
-    with contextlib.closing(sqlite3.connect(old[0], isolation_level=None)) as db:
-        db.execute(harm)
-    with pytest.raises(StoreError, match=said):
-        migrate(old[0], tmp_path / "new.db")
-    assert not (tmp_path / "new.db").exists()
 
 
 def test_turns_are_kept_as_they_were(tmp_path):

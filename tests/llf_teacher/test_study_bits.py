@@ -1,26 +1,20 @@
 """A study that measures how much claims say: the same lessons, more columns, and why it could not be measured."""
 
-import contextlib
 import csv
 import json
 import math
-import sqlite3
 import sys
 
 import numpy as np
 import pytest
-from commands import llf
-from studying import rows, small
 
-from llf_teacher.episodes.record import READINGS, EpisodeRow, EpisodeSpec
-from llf_teacher.studies import Study, load, run
+from llf_teacher.episodes.record import EpisodeRow
+from llf_teacher.studies import Study, run
 from llf_teacher.studies.analysis.statistics import mean_interval, ratio_interval
 from llf_teacher.studies.definition.study import load_study, to_toml
-from llf_teacher.studies.store.database import digest_of
 from teachers.atoms import KINDS
 
 ROOMS, ARMS, POEM = "llf-gridworld-v0", "llf-bandits-BanditTenArmedGaussian-v0", "llf-poem-Haiku-v0"
-NEWER = ("draws", "reader", "unbuilt", "withheld", *READINGS)
 MEASURED = EpisodeRow._fields[EpisodeRow._fields.index("measured") :]
 LISTS = {"teachers": ["oracle", "mistake(eps=0.5)", "silent"], "students": ["random", "obedient"], "max_turns": 4}
 
@@ -158,53 +152,3 @@ def test_a_ratio_of_sums_and_its_interval(rng):
     assert ratio_interval(parts, equal)[:3] == pytest.approx(mean_interval(parts / 4)[:3])
     assert ratio_interval([1, 2, 0], [2, 2, 0]).values == (0.5, 1)
     assert ratio_interval([0.0, 0.0], [0.0, 0.0]) is None
-
-
-@pytest.fixture
-def older(tmp_path):
-    """A store of schema version 5, with two definitions and a failure, and the rows that it had."""
-    path = tmp_path / "old.db"
-    run(small(seeds=1), path, workers=1).close()
-    run(small(seeds=2), path, workers=1).close()
-    had = rows(path)
-    fields = [name for name in (*EpisodeSpec._fields, *EpisodeRow._fields) if name not in (*NEWER, *MEASURED)]
-    with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as db:
-        joined = "result JOIN setting USING (setting) JOIN story USING (number)"
-        query = f"SELECT number, packed, lower(hex(key)), revision, {', '.join(fields)} FROM {joined}"
-        for number, packed, *values in db.execute(query).fetchall():
-            db.execute("UPDATE result SET digest = ? WHERE number = ?", (digest_of(values, packed), number))
-        db.executescript(
-            f"DROP VIEW episode; CREATE VIEW episode AS SELECT lower(hex(key)) AS key, {', '.join(fields)}, revision "
-            "FROM result JOIN setting USING (setting); PRAGMA user_version = 5;"
-            "ALTER TABLE failure DROP COLUMN draws; ALTER TABLE failure DROP COLUMN reader;"
-        )
-        for name in (*NEWER[2:], *MEASURED[:-1]):
-            db.execute(f"ALTER TABLE result DROP COLUMN {name}")
-    return path, had
-
-
-def test_a_store_without_the_columns_is_migrated(older, tmp_path):
-    path, had = older
-    result = llf("study", "migrate", path, tmp_path / "new.db")
-    assert result.returncode == 0, result.stderr
-    assert rows(tmp_path / "new.db") == had
-    assert llf("study", "check", tmp_path / "new.db").returncode == 0
-    with load(tmp_path / "new.db") as results:
-        assert [len(facts["study"]["seeds"]) for facts in results.definitions.values()] == [1, 2]
-        assert len(results.manifest["study"]["seeds"]) == 2
-        assert {row["revision"] for row in results.rows()} == {1, 2}
-
-
-@pytest.mark.parametrize(
-    ("harm", "said"),
-    [
-        ("UPDATE result SET regret = regret + 1 WHERE number = 2", "differs from its digest"),
-        ("DELETE FROM result WHERE number = 2", "has lost some of its"),
-    ],
-)
-def test_a_damaged_store_without_the_columns_is_not_migrated(older, tmp_path, harm, said):
-    with contextlib.closing(sqlite3.connect(older[0], isolation_level=None)) as db:
-        db.execute(harm)
-    result = llf("study", "migrate", older[0], tmp_path / "new.db")
-    assert result.returncode != 0
-    assert said in result.stderr

@@ -9,7 +9,7 @@ import llf_teacher
 from llf_teacher.gym.vector import TeacherVectorEnv
 from llf_teacher.registry import PREFIX, TEACHER, entries
 from pz_envs.family import all_families
-from teachers.session import SUBSETS
+from teachers.feedback import SUBSETS
 from worlds.testing import plain
 
 GRID = f"{TEACHER}gridworld-v0"

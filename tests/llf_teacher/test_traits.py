@@ -1,4 +1,4 @@
-"""Traits: what each does to a student, that they compose and are stored, and that their strength can be estimated."""
+"""Traits: what each does to a student, that they compose, and that studies store them."""
 
 import dataclasses
 import pickle
@@ -22,19 +22,17 @@ from llf_teacher.students.traits.mishears import Mishears
 from llf_teacher.students.traits.skims import Skims
 from llf_teacher.students.traits.stubborn import Stubborn
 from llf_teacher.studies import Study
-from llf_teacher.studies.analysis.traits import TurnsOf, estimate, of_record, of_store
 from llf_teacher.studies.definition.names import short_names
 from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.execution.runner import play_missing
 from llf_teacher.studies.store import Store
-from llf_teacher.tools.recovery import as_table, places, recover, recoverable, transcripts
 from pz_envs.parallel_seats import ParallelSeats
 from teachers.atoms import Utterance
 
 GRID, ARMS = "llf-gridworld-v0", "llf-bandits-BanditTenArmedGaussian-v0"
 ALL = "obedient | forgetful(half_life=4) | stubborn(p=0.2) | mishears(p=0.3) | capitulates(after=1.5)"
 ALL += " | skims(kinds='hp+fp') | partial_plan(k=3)"
-BARE = ("obedient", "text_only", "bayesian", "q_learning(trust=0.5)", "tamer", "advise")
+BARE = ("obedient", "text_only", "bayesian", "q_learning(trust=0.5)", "tamer")
 
 
 def episode(id, student, teacher="oracle", feedback="a", instruction="b", seed=0, turns=10):
@@ -221,9 +219,6 @@ def test_a_study_stores_and_names_them(tmp_path):
     with Store(tmp_path / "study.db") as store:
         assert play_missing(study, store, workers=2) == 18
         assert {row["student"] for row in store.episodes()} == set(study.students)
-        assert len(of_store(store, "obedient | stubborn")) == 6
-        with pytest.raises(ValueError, match=r"no episode of the student 'random'; allowed: obedient, obed"):
-            of_store(store, "random")
     specs = {spec: parse_student(spec) for spec in ("llm(model='m') | stubborn", "llm(model='m')")}
     assert sorted(short_names(specs, {}).values()) == ["llm(m)", "llm(m) | stubborn"]
 
@@ -284,46 +279,3 @@ def test_a_class_has_them():
 def noted(act, into, observation, info):
     into.append(act(observation, info))
     return into[-1]
-
-
-@pytest.mark.parametrize("trait", recoverable(), ids=str)
-def test_a_strength_is_found_in_transcripts(trait):
-    """By an interval that holds it in most of few runs: 95 % of 12 is at least 8 but for 1 in 50,000."""
-    found = recover(trait, GRID, runs=12, episodes=8)
-    assert found.held >= 8
-    assert str(trait) in as_table([found])
-
-
-@pytest.mark.full
-@pytest.mark.parametrize("place", [0, 1])
-@pytest.mark.parametrize("trait", recoverable(), ids=str)
-def test_intervals_hold_the_strength_as_often_as_they_say(trait, place):
-    assert 0.90 * 200 <= recover(trait, places(trait)[place], runs=200, episodes=10).held <= 0.99 * 200
-
-
-def test_transcripts_that_show_nothing_are_refused():
-    with pytest.raises(ValueError, match="turn 0 of llf-gridworld-v0 has a claim of kind fn about an action; allowed"):
-        estimate(Stubborn(), [of_record(episode(GRID, "obedient | stubborn"))])
-    with pytest.raises(ValueError, match="the transcripts show nothing of p of stubborn"):
-        estimate(Stubborn(), [of_record(episode(GRID, "obedient | stubborn", "silent", "n"))])
-    with pytest.raises(ValueError, match="no recovery"):
-        transcripts(Plain(), GRID, [0])
-    row = {
-        "observation": "here",
-        "atoms": [{"kind": "fp", "action": "go", "about_turn": 0, "fields": {}}],
-        "action": None,
-    }
-    told = TurnsOf("llf-poem-Haiku-v0", [row, {**row, "action": "go"}])
-    with pytest.raises(ValueError, match="which is unknown for texts; allowed: environments with discrete actions"):
-        estimate(Skims(), [told])
-    with pytest.raises(NotImplementedError, match="has no likelihood"):
-        Plain().log_likelihood(Plain.strengths, [])
-
-
-class Plain(Stubborn):
-    """Has neither lessons nor a likelihood."""
-
-    recovery = None
-
-    def log_likelihood(self, strengths, steps):
-        return super(Stubborn, self).log_likelihood(strengths, steps)

@@ -3,27 +3,31 @@
 import contextlib
 import io
 import json
+import pickle
 import sqlite3
+from concurrent.futures import Future, ThreadPoolExecutor
 
 import pytest
 from PIL import Image
 from starlette.testclient import TestClient
 from studying import stored
 
+from llf_teacher.episodes.live import WATCHER
 from llf_teacher.studies import Study, load, run
 from llf_teacher.theme import kind_mark
-from llf_teacher.web import open_lessons
+from llf_teacher.web import films, open_lessons
 from llf_teacher.web.app import LARGEST, make_app
-from llf_teacher.web.guard import COOKIE
-from llf_teacher.web.open_lessons import OpenLessons, Terms
+from llf_teacher.web.films import Films
+from llf_teacher.web.lesson import PlannedLesson
+from llf_teacher.web.open_lessons import OpenLessons
 from llf_teacher.web.plan import read_plan
 
 GRID = "llf-gridworld-v0"
 HTML = {"accept": "text/html"}
 
 
-def client(*args, **settings):
-    return TestClient(make_app(*args, **settings), base_url="http://127.0.0.1:8000", follow_redirects=False)
+def client(**settings):
+    return TestClient(make_app(**settings), base_url="http://127.0.0.1:8000", follow_redirects=False)
 
 
 def begin(visitor, **choices):
@@ -35,6 +39,11 @@ def begin(visitor, **choices):
 def told(answer):
     assert answer.status_code == 200, answer.text
     return answer.json()
+
+
+def other_seat(visitor, page):
+    """The address of the other seat, which the page of the first has."""
+    return visitor.get(page).text.partition('id="link" href="')[2].partition('"')[0]
 
 
 def move(visitor, page, sent, what="move"):
@@ -62,7 +71,7 @@ def test_how_much_is_said_is_shown_but_for_the_student():
     state = told(move(visitor, page, {"claims": [0]}))
     assert any(" bits" in each["html"] for each in state["said"])
     assert " bits" in state["turns"][0]
-    student = visitor.get(page).text.partition('data-path="')[2].partition('"')[0]
+    student = other_seat(visitor, page)
     assert " bits" not in visitor.get(f"{student}/state").text
     for bad, said in (({"seat": "student"}, "a student cannot see how much is said"), ({"bits": 8}, "true or false")):
         answer = visitor.post("/lessons", json={"id": GRID, "seat": "watch", "bits": True, **bad})
@@ -126,13 +135,13 @@ def test_marks_are_for_those_who_see_the_truth():
             assert picture.size == (768, 884)
 
 
-def test_two_people_see_what_is_theirs():
+def test_each_seat_sees_what_is_its_own():
     visitor = client()
     page = begin(visitor, seat="student", two=True)
-    address = visitor.get(page).text.partition('data-path="')[2].partition('"')[0]
+    address = other_seat(visitor, page)
     other = told(visitor.get(f"{address}/state"))
     assert (other["seat"], other["mine"], other["claims"][0]["kind"]) == ("teacher", True, "fp")
-    assert "data-path" not in visitor.get(address).text
+    assert not other_seat(visitor, address)
     waiting = told(visitor.get(f"{page}/state"))
     assert (waiting["mine"], waiting["waits"]) == (False, "teacher")
     assert "claims" not in waiting
@@ -150,7 +159,7 @@ def test_what_a_teacher_ticks_is_what_the_student_hears():
     """Also after it was looked at twice and a turn was taken back, and in the film and the store of the episode."""
     visitor = client()
     page = begin(visitor, seat="teacher", two=True, max_turns=2)
-    student = visitor.get(page).text.partition('data-path="')[2].partition('"')[0]
+    student = other_seat(visitor, page)
     heard = []
     for turn, chosen in enumerate(([1], [0], [0, 1])):
         for again in (False, True):
@@ -308,7 +317,9 @@ def test_pages_load_nothing_from_elsewhere():
     assert "ol.turns" in visitor.get("/static/theme.css").text
 
 
-@pytest.mark.parametrize("host", ["evil.example", "127.0.0.1.evil.example", "192.168.0.7:8000", "[", ""])
+@pytest.mark.parametrize(
+    "host", ["evil.example", "127.0.0.1.evil.example", "192.168.0.7:8000", "0.0.0.0:8000", "[", ""]
+)
 def test_only_those_who_call_it_by_its_name_are_answered(host):
     answer = client().get("/", headers={"host": host})
     assert answer.status_code == 421
@@ -328,24 +339,6 @@ def test_a_foreign_page_cannot_play():
     assert "access-control-allow-origin" not in own.headers
 
 
-def test_a_key_is_asked_for_once():
-    """A seat's address is a secret of its own: whoever has it needs no key."""
-    visitor = client(names={"lab.example"}, key="open sesame")
-    assert visitor.get("/").status_code == 401
-    assert visitor.get("/", params={"key": "wrong"}).status_code == 401
-    assert visitor.get("/", headers={"cookie": f'{COOKIE}="'}).status_code == 401
-    shown = visitor.get("/", params={"key": "open sesame"})
-    assert (shown.status_code, shown.headers["location"]) == (303, "/")
-    assert "HttpOnly" in shown.headers["set-cookie"]
-    assert "SameSite=strict" in shown.headers["set-cookie"]
-    page = begin(visitor, seat="watch")
-    visitor.cookies.clear()
-    assert visitor.get("/").status_code == 401
-    assert visitor.get(page).status_code == 200
-    assert visitor.get("/", headers={"host": "lab.example"}).status_code == 401
-    assert visitor.get("/", headers={"host": "other.example"}).status_code == 421
-
-
 @pytest.mark.parametrize("seat", ["student", "teacher", "watch"])
 def test_an_episode_can_be_taken_along(seat, tmp_path):
     visitor = client()
@@ -355,16 +348,110 @@ def test_an_episode_can_be_taken_along(seat, tmp_path):
     assert (record["seed"], len(record["turns"]), len(record["regrets"])) == (7, 4, 3)
     (chat,) = map(json.loads, visitor.get(f"{page}/episode.jsonl").text.splitlines())
     assert [message["role"] for message in chat["messages"]][:2] == ["system", "user"]
-    with Image.open(io.BytesIO(visitor.get(f"{page}/episode.gif").content)) as film:
-        assert film.n_frames == 4
     answer = visitor.get(f"{page}/episode.db")
     assert f'filename="llf-{record["key"][:8]}.db"' in answer.headers["content-disposition"]
     (tmp_path / "one.db").write_bytes(answer.content)
     assert load(tmp_path / "one.db").turns(record["key"]) == record["turns"]
     assert (
         visitor.get(f"{page}/episode.exe").json()["error"]
-        == "there is no file with the ending 'exe'; allowed: json, jsonl, gif, db"
+        == "there is no file with the ending 'exe'; allowed: json, jsonl, db, gif"
     )
+
+
+class SlowPool:
+    """A pool of processes whose films are made when the test says so."""
+
+    def __init__(self, *_, **__):
+        self.futures, self.tasks = [], []
+
+    def schedule(self, function, args):
+        self.futures.append(Future())
+        self.tasks.append((function, args))
+        return self.futures[-1]
+
+    def stop(self):
+        """As a pool has it."""
+
+    join = stop
+
+
+@pytest.fixture
+def slow(monkeypatch):
+    pool = SlowPool()
+    monkeypatch.setattr(films, "ProcessPool", lambda *_, **__: pool)
+    return pool
+
+
+def test_the_page_answers_while_a_film_is_made(slow):
+    """The film is made in another process, of which the page only asks whether it is done."""
+    visitor = client()
+    page = begin(visitor, seat="watch", max_turns=2)
+    assert "is not over" in visitor.post(f"{page}/film", json={}).json()["error"]
+    finish(visitor, page)
+    assert "data-asked" not in visitor.get(f"{page}/episode").text
+    for _ in range(2):
+        assert told(visitor.post(f"{page}/film", json={})) == {"made": False}
+    assert len(slow.futures) == 1
+    assert "data-asked" in visitor.get(f"{page}/episode").text
+    answer = visitor.get(f"{page}/episode.gif")
+    assert (answer.status_code, answer.json()["error"].partition(";")[0]) == (409, "the film is not made")
+    other = begin(visitor, seat="student")  # all else goes on
+    assert told(move(visitor, other, {"act": "west"}))["turn"] == 1
+    assert visitor.get(f"{other}/frame.png").status_code == visitor.get(f"{page}/episode.json").status_code == 200
+    slow.futures[0].set_result(b"a film")
+    assert told(visitor.post(f"{page}/film", json={})) == {"made": True}
+    answer = visitor.get(f"{page}/episode.gif")
+    assert (answer.content, answer.headers["content-type"]) == (b"a film", "image/gif")
+    undo(visitor, page)
+    assert visitor.get(f"{page}/episode.gif").status_code == 409
+
+
+def test_a_film_that_fails_can_be_asked_for_again(slow):
+    visitor = TestClient(make_app(), base_url="http://127.0.0.1", raise_server_exceptions=False)
+    page = begin(visitor, seat="watch", max_turns=1)
+    finish(visitor, page)
+    visitor.post(f"{page}/film", json={})
+    slow.futures[0].set_exception(RuntimeError("secret"))
+    answer = visitor.post(f"{page}/film", json={})
+    assert (answer.status_code, "secret" in answer.text) == (500, False)
+    assert told(visitor.post(f"{page}/film", json={})) == {"made": False}
+    function, args = pickle.loads(pickle.dumps(slow.tasks[1]))  # as another process gets it
+    slow.futures[1].set_result(function(*args))
+    with Image.open(io.BytesIO(visitor.get(f"{page}/episode.gif").content)) as film:
+        assert film.n_frames == 2
+
+
+def test_a_film_is_made_in_another_process():
+    live = PlannedLesson(read_plan({"id": GRID, "seat": "watch", "seed": 7, "max_turns": 1}))
+    live.move(WATCHER, None)
+    pool = Films()
+    try:
+        made = pool.begin(live.plan, live.inputs).result(timeout=120)
+    finally:
+        pool.close()
+    with Image.open(io.BytesIO(made)) as film:
+        assert film.n_frames == 2
+
+
+@pytest.mark.parametrize(("seat", "sent"), [("student", {"act": "west"}), ("teacher", {"claims": []}), ("watch", {})])
+def test_ten_moves_at_once_are_one_move(seat, sent):
+    with client() as visitor, ThreadPoolExecutor(10) as hands:
+        page = begin(visitor, seat=seat, max_turns=20)
+
+        def post(what, turn):
+            def once(_):
+                answer = visitor.post(f"{page}/{what}", json={**sent, "turn": turn})
+                return answer.status_code, answer.json()
+
+            return sorted(hands.map(once, range(10)), key=lambda answer: answer[0])
+
+        (status, state), *others = post("move", 0)
+        assert (status, state["turn"]) == (200, 1)
+        why = "the lesson is at turn 1, and this was sent for turn 0; look at its state first"
+        assert others == [(409, {"error": why})] * 9
+        assert move(visitor, page, sent).status_code == 200
+        (status, state), *others = post("undo", 2)
+        assert (status, state["turn"], {status for status, _ in others}) == (200, 1, {409})
 
 
 def test_stored_episodes_can_be_looked_at(tmp_path):
@@ -400,69 +487,22 @@ def test_a_damaged_store_does_not_show_where_it_is(tmp_path, caplog):
     assert f"{path} is incomplete or damaged" in caplog.text
 
 
-def test_people_agree_before_anything_is_kept(tmp_path):
-    path = tmp_path / "people.db"
-    visitor = client(Terms(consent="We keep what you do.", codes=True, store=path))
-    page = begin(visitor, seat="student", two=True, teacher="mistake(eps=0.5)")
-    teacher = visitor.get(page).text.partition('data-path="')[2].partition('"')[0]
-    state = told(visitor.get(f"{page}/state"))
-    assert (state["join"], state["consent"], state["codes"]) == (True, "We keep what you do.", True)
-    for sent, why in (
-        ({"agreed": "yes", "code": "p1"}, "to take part you must agree"),
-        ({"agreed": True, "code": "a b"}, "the code must be 1 to 32 letters"),
-        ({"agreed": True}, "the code must be"),
-    ):
-        assert why in visitor.post(f"{page}/sit", json=sent).json()["error"]
-    assert "you have not taken a seat yet" in move(visitor, page, {"act": "west"}).json()["error"]
-    told(visitor.post(f"{page}/sit", json={"agreed": True, "code": "p1"}))
-    assert told(visitor.get(f"{page}/state"))["waits"] == "teacher"
-    assert "the teacher has not taken a seat yet" in move(visitor, page, {"act": "west"}).json()["error"]
-    told(visitor.post(f"{teacher}/sit", json={"agreed": True, "code": "p2"}))
-    assert not path.exists()
-    for _ in range(3):
-        told(move(visitor, teacher, {"personality": True}))
-        told(move(visitor, page, {"act": "west"}))
-    state = told(move(visitor, teacher, {"claims": []}))
-    assert (state["over"], state["kept"], state["undo"]) == (True, True, False)
-    assert "is in the store already" in undo(visitor, teacher).json()["error"]
-    (row,) = load(path).rows()
-    assert row["student"] == "llf_teacher.people:PersonLearning(code='p1')"
-    assert row["teacher"] == "llf_teacher.people:PersonTeaching(code='p2', offers='mistake(eps=0.5)')"
-    text = json.dumps({**dict(row), "turns": load(path).turns(row["key"])}, default=str)
-    assert not [word for word in ("127.0.0.1", "testclient", "Mozilla") if word in text]
-
-
-def test_the_same_world_again_is_another_sample(tmp_path):
-    """Lessons in which nobody sits are not kept."""
-    path = tmp_path / "people.db"
-    visitor = client(Terms(store=path, undo=False))
-    for seat in ("student", "student", "watch"):
-        page = begin(visitor, seat=seat, max_turns=1)
-        finish(visitor, page, {"act": "west"})
-        assert told(visitor.get(f"{page}/state"))["undo"] is False
-        assert "does not allow to take turns back" in undo(visitor, page).json()["error"]
-    assert sorted(row["sample"] for row in load(path).rows()) == [0, 1]
-    with contextlib.closing(sqlite3.connect(path)) as db:
-        assert db.execute("SELECT count(*) FROM result").fetchone() == (2,)
-
-
-def test_lessons_are_bounded_in_number_and_age():
-    visitor = client(Terms(most=1))
+def test_beyond_the_most_the_lesson_that_waits_longest_is_closed(monkeypatch):
+    visitor = client()
     page = begin(visitor)
-    answer = visitor.post("/lessons", json={"id": GRID})
-    assert (answer.status_code, answer.json()["error"].split(";")[0]) == (503, "all 1 lessons are in use")
-    now = 0.0
-    held = OpenLessons(Terms(most=2, idle=60), clock=lambda: now)
-    one, two = (held.begin(read_plan({"id": GRID, "seat": "watch"})) for _ in range(2))
-    now = 50.0
+    assert told(visitor.get(f"{page}/state"))["turn"] == 0
+    monkeypatch.setattr(open_lessons, "MOST", 2)
+    held, plan = OpenLessons(), read_plan({"id": GRID, "seat": "watch"})
+    one, two = held.begin(plan), held.begin(plan)
     (token,) = one.tokens.values()
     held.find(token)
-    now = 70.0
-    assert held.find(token) == (one, "watcher")
-    assert len(held) == 1
+    closed, made = [], Future()
+    monkeypatch.setattr(two.lesson, "close", lambda: closed.append(two))
+    two.film = made
+    held.begin(plan)
+    assert (held.find(token), len(held), closed, made.cancelled()) == ((one, "watcher"), 2, [two], True)
     with pytest.raises(LookupError):
         held.find(*two.tokens.values())
-    assert told(visitor.get(f"{page}/state"))["turn"] == 0
 
 
 def test_a_page_that_comes_back_finds_all_as_it_was():
@@ -479,6 +519,6 @@ def test_a_page_that_comes_back_finds_all_as_it_was():
 
 def test_a_study_that_runs_has_no_people(tmp_path):
     study = Study(ids=[GRID], teachers=["oracle"], students=["llf_teacher.people:PersonLearning"], seeds=1)
-    with pytest.warns(RuntimeWarning, match="PersonLearning.*is a person in the browser"):
+    with pytest.warns(RuntimeWarning, match="PersonLearning.*is a person, whom no program can play"):
         found = run(study, tmp_path / "none.db", workers=1)
     assert not list(found.rows())

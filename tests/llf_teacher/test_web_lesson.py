@@ -9,7 +9,7 @@ from llf_teacher.people import PersonLearning, PersonTeaching
 from llf_teacher.studies import Study, load
 from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.store import Store
-from llf_teacher.web.lesson import PlannedLesson
+from llf_teacher.web.lesson import PlannedLesson, frames
 from llf_teacher.web.plan import read_plan, students
 from pz_envs.frames import EpisodeRenderer
 from pz_envs.seats import STUDENT, TEACHER
@@ -38,31 +38,30 @@ def to_the_end(live, who, what=None):
 @pytest.mark.parametrize("id", IDS)
 def test_who_watches_sees_the_episode_of_a_study(id, teacher):
     live = to_the_end(lesson(id, seat="watch", teacher=teacher), WATCHER)
-    spec = live.plan.spec({})
-    assert live.record(spec) == play(spec)
+    assert live.record() == play(live.plan.spec())
 
 
 @pytest.mark.parametrize("id", [*IDS[:2], "llf-poem-Haiku-v0"])
 def test_who_sees_how_much_is_said_sees_the_episode_of_a_study_that_measures_it(id):
     live = to_the_end(lesson(id, seat="watch", bits=True, max_turns=2), WATCHER)
-    spec = live.plan.spec({})
+    spec = live.plan.spec()
     assert spec.draws == 256
-    assert live.record(spec) == play(spec)
-    assert live.unmeasured == live.record(spec).episode.why
+    assert live.record() == play(spec)
+    assert live.unmeasured == live.record().episode.why
     assert ("no posterior" in live.unmeasured) == ("poem" in id)
 
 
 def test_claims_to_choose_from_are_weighed_as_they_are_heard():
     live = lesson(IDS[1], seat="teacher", bits=True)
     for _ in range(2):
-        listed = live.teacher_view.offer.listed()
+        listed = live.listed()
         first, *_ = live.weigh(listed)
         assert live.weigh(listed)[0].worlds == 256  # it is not heard by that
         live.move(TEACHER, [0])
         heard = live.rows[-1].atoms[-1]["information"]
         assert (heard["worlds"], heard["held"]) == (first.worlds, first.held)
     live.undo(TEACHER)
-    assert live.weigh(live.teacher_view.offer.listed())[0].worlds == 256
+    assert live.weigh(live.listed())[0].worlds == 256
     assert lesson(IDS[1], seat="teacher").weigh(listed) == []
 
 
@@ -83,7 +82,7 @@ def test_a_student_hears_what_an_agent_would(id):
 
 def test_a_personality_may_speak_for_a_person():
     """Word for word as it does alone, where the person speaks; the same claims, where it chooses."""
-    spec = lesson(seat="watch").plan.spec({})
+    spec = lesson(seat="watch").plan.spec()
     alone = play(spec).turns
     words = to_the_end(lesson(seat="teacher", speech="own words"), TEACHER)
     assert tuple(words.rows) == alone
@@ -94,7 +93,7 @@ def test_a_personality_may_speak_for_a_person():
 
 def test_a_teacher_chooses_among_claims():
     live = lesson(seat="teacher")
-    kinds = [claim.kind for claim in live.teacher_view.offer.listed()]
+    kinds = [claim.kind for claim in live.listed()]
     assert kinds == ["fp", "fn"]
     live.move(TEACHER, (1,))
     assert [atom.kind for atom in live.session.feedback.atoms] == ["fn"]
@@ -156,7 +155,7 @@ def test_nothing_is_played_behind_the_end():
     with pytest.raises(ValueError, match="the episode is over; begin a new lesson"):
         live.move(WATCHER, None)
     other = lesson(seat="watch")
-    for ask in (other.film, lambda: other.record(other.plan.spec({}))):
+    for ask in (other.check_over, other.record):
         with pytest.raises(ValueError, match="is not over; play it to its end first"):
             ask()
 
@@ -176,7 +175,7 @@ def test_a_students_picture_is_that_of_an_agent_until_the_end():
 
 def test_a_film_has_a_frame_of_each_turn():
     live = to_the_end(lesson(seat="teacher", max_turns=2), TEACHER)
-    light, dark = live.film(), live.film("dark")
+    light, dark = frames(live.plan, live.inputs), frames(live.plan, live.inputs, "dark")
     assert len(light) == len(dark) == 3
     assert light[0].mean() > 2 * dark[0].mean()
     assert isinstance(live.view.renderer, EpisodeRenderer)
@@ -184,8 +183,8 @@ def test_a_film_has_a_frame_of_each_turn():
 
 def test_people_are_in_studies(tmp_path):
     """Their episodes are in tables and reports as all others are; nobody else can play them."""
-    teachers = [PersonTeaching("p1"), "oracle"]
-    people = Study(ids=[GRID], teachers=teachers, students=["llf_teacher.people:PersonLearning(code='p2')"], seeds=1)
+    teachers = [PersonTeaching(), "oracle"]
+    people = Study(ids=[GRID], teachers=teachers, students=["llf_teacher.people:PersonLearning"], seeds=1)
     path = tmp_path / "people.db"
     with Store(path) as store:
         for seat in ("student", "teacher"):
@@ -193,16 +192,16 @@ def test_people_are_in_studies(tmp_path):
             live = lesson(seat=seat, two=two, seed=0, max_turns=20)
             while not live.over:
                 live.move(live.to_move, "west" if live.to_move == STUDENT else None)
-            spec = live.plan.spec({STUDENT: "p2", TEACHER: "p1"})
+            spec = live.plan.spec()
             assert spec in people.episodes()
-            store.add(live.record(spec))
+            store.add(live.record())
     found = load(path)
     assert {row["student"] for row in found.rows()} == {str(people.students[0])}
-    assert "PersonTeaching(code=&#39;p1&#39;)" in found.report(people).html
-    with pytest.raises(ValueError, match="is a person in the browser"):
+    assert "llf_teacher.people:PersonTeaching" in found.report(people).html
+    with pytest.raises(ValueError, match="is a person, whom no program can play"):
         play(spec)
-    with pytest.raises(ValueError, match="'p3' is a person in the browser"):
-        PersonLearning("p3").act({}, {})
+    with pytest.raises(ValueError, match="the student is a person"):
+        PersonLearning().act({}, {})
     with pytest.raises(ValueError, match="speech 'loud' is unknown; allowed: message, kinds, claims"):
         PersonTeaching(speech="loud")
 

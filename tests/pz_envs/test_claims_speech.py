@@ -9,7 +9,7 @@ from pz_envs.family import all_families
 from pz_envs.seats import STUDENT, TEACHER
 from pz_envs.teacher_view import CLAIM_COLUMNS
 from teachers.atoms import ActionClaim
-from teachers.session import CLAIMS
+from teachers.teacher_turn import CLAIMS
 
 MANY = next(family for family in all_families() if "reco-movie-v0" in family.environments)
 GRID = next(family for family in all_families() if "gridworld-v0" in family.environments)
@@ -77,7 +77,7 @@ def test_sentences_of_candidates_are_drawn_once_and_ask_no_voice():
     assert len(asked) == 1
     twin, first = after_a_list(), after_a_list()
     for _ in range(3):
-        twin.teacher_view.offer.sentences()
+        twin.teacher_view.teacher_turn.sentences()
     for one in (first, twin):
         one.step(1)
         one.step(0)
@@ -131,7 +131,7 @@ def test_a_student_succeeds_by_one_claim_a_turn():
     env = llf_teacher.TeacherEnv("llf-gridworld-v0", student="obedient", speech="claims", cost=0.01, until_success=True)
     total = earned(env, advise, seed=4)
     assert env.session.moment.success
-    assert total == pytest.approx(1 - 0.01 * env.teacher_view.offer.purse.spent)
+    assert total == pytest.approx(1 - 0.01 * env.teacher_view.teacher_turn.budget.spent)
 
 
 def test_a_class_is_told_a_claim_at_a_time():
@@ -141,7 +141,7 @@ def test_a_class_is_told_a_claim_at_a_time():
     assert observation["claims"].shape == (2, CLAIMS, len(CLAIM_COLUMNS))
     env.step(env.address(1, 1))
     (atom,) = env.observe("student_1")["feedback"].atoms
-    assert atom.claim == env.sessions[1].offers[0].listed()[0]
+    assert atom.claim == env.sessions[1].teacher_turns[0].listed()[0]
     assert not env.observe(TEACHER)["action_mask"][env.address(1, 1) : env.address(1, CLAIMS) + 1].any()
     env.step(0)
     assert env.agent_selection == "student_0"

@@ -110,7 +110,7 @@ def test_the_mask_is_exact():
         after = env.observe(TEACHER)
         assert not after["action_mask"][[env.address(1, subset) for subset in range(1, 32)]].any()
         assert after["students"][:, 5].tolist() == [0, 1, 0]
-        assert after["purse"].tolist() == pytest.approx([2 / 3, 1])
+        assert after["remaining"].tolist() == pytest.approx([2 / 3, 1])
         env.step(0)
         assert env.observe(TEACHER)["action_mask"].sum() == 1, "when a student acts, the teacher can say nothing"
         for _student in env.students:
@@ -127,7 +127,7 @@ def test_observations_are_in_their_spaces_and_what_they_are_said_to_be():
                 assert present == (f"student_{i}" in env.agents)
                 assert (turn, reward, over) == (pytest.approx(moment.turn / 20), moment.reward, moment.over)
                 assert importance == (0 if moment.over else env.sessions[i].teacher.oracle.importance(moment.after))
-    assert env.purse.spent == 20
+    assert env.budget.spent == 20
 
 
 def test_students_leave_when_they_are_done_and_hear_a_last_word():
@@ -244,7 +244,7 @@ def test_text_that_is_no_action_is_answered_without_attention():
     env.step(0)
     assert env.observe("student_0")["feedback"]
     assert not env.observe("student_1")["feedback"]
-    assert env.purse.spent == 0
+    assert env.budget.spent == 0
 
 
 def test_only_the_teacher_sees_the_moments():

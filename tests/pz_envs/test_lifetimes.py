@@ -72,14 +72,14 @@ def test_each_episode_begins_alike_and_its_end_is_told_once(seating):
 def test_a_budget_is_that_of_the_lifetime():
     for seating, more in SEATINGS.items():
         env = GRID.raw_env(seating=seating, speech="kinds", episodes=3, max_cycles=4, budget=6, **more)
-        spent = [_purse(env).spent for _ in agents(env, all_is_said, seed=1)]
+        spent = [_budget(env).spent for _ in agents(env, all_is_said, seed=1)]
         assert spent == sorted(spent), seating
         assert spent[-1] == 6, seating
 
 
-def _purse(env):
+def _budget(env):
     inner = env.unwrapped
-    return inner.purse if hasattr(inner, "purse") else inner.session.offers[0].purse
+    return inner.budget if hasattr(inner, "budget") else inner.session.teacher_turns[0].budget
 
 
 def lost(env, spec, seed, chosen):
@@ -205,7 +205,7 @@ def test_without_a_seed_another_lifetime_begins():
     for seed in (0, None):
         first, *_, last = [env.episode for _ in agents(env, all_is_said, seed)]
         assert (first, last) == (0, 1)
-        assert _purse(env).spent == 1
+        assert _budget(env).spent == 1
 
 
 @pytest.mark.parametrize("episodes", [0, True, 1.5, "3"])

@@ -214,8 +214,8 @@ def test_a_hostile_policy_plays_to_the_end():
     for message in ({"claims": deep}, {"claims": [deep]}, {"text": deep}, {"claims": [], "text": long}, {"x": deep}):
         env = llf_teacher.make(ID, teacher=Says(lambda info, message=message: message), max_turns=3)
         assert len(list(episode(env, 1))) <= 3
-        assert len(env.session.offers[0].unbuilt) == 1
-        assert max(map(len, env.session.offers[0].unbuilt)) < 1000
+        assert len(env.session.teacher_turns[0].unbuilt) == 1
+        assert max(map(len, env.session.teacher_turns[0].unbuilt)) < 1000
     crowd = {"claims": [{"type": "Right"}] * MOST_CLAIMS, "text": "So. " * 2000}
     assert recorded(Says(lambda info: crowd), turns=2)[1].unchecked == 2000
 

@@ -82,7 +82,7 @@ def test_the_instruction_is_given_once_and_notices_too():
     assert [atom.speaker for atom in atoms if atom.kind is None] == ["teacher_0"]
     env = GRID.raw_env(seating="panel", teachers=("oracle", "oracle"), speech="message")
     env.reset(seed=0)
-    for tutor in [offer.teacher for offer in env.session.offers]:
+    for tutor in [each.teacher for each in env.session.teacher_turns]:
         env.step(tutor.speak(env.session.moment))
     seen = env.observe(STUDENT)
     assert [(atom.speaker, atom.kind) for atom in seen["feedback"].atoms] == [
@@ -103,7 +103,7 @@ def test_a_notice_is_heard_from_the_first_who_gives_it(words_first):
     assert list(seen["said"].values()) == (["I see.", notice, ""] if words_first else [notice, "", ""])
     speakers = [atom.speaker for atom in seen["feedback"].atoms]
     assert speakers == ["teacher_1" if words_first else "teacher_0"]
-    assert [offer.purse.spent for offer in env.session.offers] == [int(words_first), 0, 0]
+    assert [each.budget.spent for each in env.session.teacher_turns] == [int(words_first), 0, 0]
 
 
 def test_each_pays_for_its_own_words_out_of_its_own_budget():

@@ -11,7 +11,7 @@ from llf_teacher.students.parsing import parse_student
 from pz_envs.family import all_families
 from pz_envs.parallel_seats import ParallelSeats
 from pz_envs.seats import STUDENT, TEACHER
-from teachers.session import SUBSETS
+from teachers.feedback import SUBSETS
 from worlds.testing import plain
 
 FAMILIES = {family.name: family for family in all_families()}
@@ -143,5 +143,5 @@ def test_an_action_outside_its_space_changes_nothing_for_any_agent(name, round):
 
 @pytest.mark.parametrize("seating", ["tutoring", "classroom"])
 def test_teachers_and_students_do_not_act_at_once(seating):
-    with pytest.raises(ValueError, match="teachers and students are left, which do not act at the same time"):
+    with pytest.raises(ValueError, match="must be teachers alone or students alone, since both act in turns"):
         ParallelSeats(GRID.raw_env(seating=seating, speech="kinds"), {})

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from catalogues import write_catalogue
 from design import amount
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -35,7 +36,6 @@ from teachers.oracles.movies.claims import (
 )
 from worlds.movies import AGE, GENRE, TYPE, YEAR, Movies, Profile, Truth, draw_profile
 from worlds.movies.catalogue import GENRES, load_catalogue
-from worlds.movies.catalogue.importing import BASICS, import_catalogue
 
 ID = "llf-reco-movie-v0"
 COMEDY = GENRES.index("Comedy")
@@ -167,11 +167,7 @@ def test_a_list_that_fits_is_to_be_repeated():
 
 
 def test_an_unknown_rating_is_said_to_be_unknown(tmp_path):
-    source, target = tmp_path / "basics.tsv", tmp_path / "big.db"
-    rows = [f"tt{i}\tmovie\tFilm {i}\tFilm\t0\t{1980 + i}\t\\N\t90\t\\N" for i in range(40)]
-    source.write_text("\n".join(["\t".join(BASICS), *rows]))
-    import_catalogue(source, target)
-    world = Movies(catalogue=str(target))
+    world = Movies(catalogue=str(write_catalogue(tmp_path / "big.db", genres=())))
     truth = Truth(Profile(False, age=0), TYPE, (0, 0), "")
     world.restore(truth)
     _, reward, _, _, _ = world.step('["Film 3"]')

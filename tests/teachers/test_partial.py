@@ -18,12 +18,13 @@ from teachers.oracles.bandits import Avoid, Pull
 from teachers.partial import PartialOracle
 from teachers.teacher import Teacher
 from worlds.posteriors import NoWorldError
+from worlds.posteriors.gridworld import GridworldPosterior
 
 GAUSSIAN = "llf-bandits-BanditTenArmedGaussian-v0"
 GRID = "llf-gridworld-v0"
 MOVIES = "llf-reco-movie-v0"
 ALPHA = 1e-4
-OPTIONS = {GRID: {"map": True}, "llf-alfworld-v0": {"games": "generated"}}
+OPTIONS = {GRID: {"map": True}}
 
 
 def lesson(id, teacher, **options):
@@ -110,7 +111,7 @@ def test_it_knows_what_the_student_hears_from_others():
         raw.step(None if over or cut else info.get("suggestion", 0))
         if raw.session.moment.turn == 1 and raw.session.heard:
             break
-    first, second = (raw.session.offers[i].said.atoms for i in (0, 1))
+    first, second = (raw.session.teacher_turns[i].said.atoms for i in (0, 1))
     assert [atom.kind for atom in first] == [FP]
     claims = [atom.claim for atom in second if atom.kind is not None]
     assert not [claim for claim in claims if isinstance(claim, Avoid | Pull)]  # these the student can conclude
@@ -137,7 +138,6 @@ def test_a_lesson_can_be_copied_in_the_middle(teacher):
         *((id, sees) for id in (GRID, MOVIES) for sees in ("student", "rewards", "walk")),
         (GAUSSIAN, "student"),
         (GAUSSIAN, "rewards"),
-        pytest.param("llf-alfworld-v0", "student", marks=pytest.mark.full),
     ],
 )
 def test_a_partial_teacher_says_the_same_in_any_world_that_agrees_with_its_evidence(id, sees):
@@ -280,13 +280,15 @@ def test_where_no_world_can_be_found_it_is_silent(monkeypatch):
     assert not feedback(env)
 
 
-def test_a_family_or_a_world_without_a_posterior_refuses():
+def test_a_family_or_a_world_without_a_posterior_refuses(monkeypatch):
     with pytest.raises(ValueError, match=r"informative needs a posterior: .*pass map=True; elsewhere use another"):
         llf_teacher.make(GRID, teacher="informative")
-    with pytest.raises(ValueError, match="families with one: alfworld, bandits, gridworld, movies"):
+    with pytest.raises(ValueError, match="families with one: bandits, gridworld, movies"):
         llf_teacher.make("llf-poem-Haiku-v0", teacher="partial | vague")
-    with pytest.raises(ValueError, match="needs exact posterior of the oracle, which AlfworldOracle does not give"):
-        lesson("llf-alfworld-v0", "partial(sees='walk')")
+    with monkeypatch.context() as patched:
+        patched.setattr(GridworldPosterior, "exact", False)
+        with pytest.raises(ValueError, match="needs exact posterior of the oracle, which GridworldOracle"):
+            lesson(GRID, "partial(sees='walk')")
     plain = llf_teacher.make(GAUSSIAN).teacher
     with pytest.raises(ValueError, match="needs posterior of the oracle, which BanditOracle does not give"):
         Teacher(plain.oracle, plain.voice, "informative")

@@ -1,12 +1,10 @@
 """Reliability finds hedges that are overconfident or timid, and hardly ever finds fault with calibrated ones."""
 
-from collections import Counter
-
 import pytest
 from scipy.stats import binom
 
 from teachers.common import Late, Reward, Solved, bend, hedge
-from teachers.reliability import LEVEL, Bin, Reliability
+from teachers.reliability import LEVEL, Bin, Reliability, share_of_clusters
 
 STREAMS = 100
 
@@ -72,24 +70,19 @@ def test_intervals_take_an_episode_for_one_cluster(rng):
     """Where all claims of an episode hold or none does, an interval of as many independent ones would be too short."""
     covered, alone = 0, 0
     for _ in range(200):
-        found = Reliability()
-        for lot in rng.random(40):
-            found.add([(0.8, bool(lot < 0.8))] * rng.integers(1, 20))
-        (group,) = found.bins
-        low, high = found.interval(group)
-        assert low < group.held <= high  # where all hold, both are 1
+        clusters = [(size, size * (rng.random() < 0.8)) for size in rng.integers(1, 20, 40).tolist()]
+        sentences, held = map(sum, zip(*clusters, strict=True))
+        low, high = share_of_clusters(clusters)
+        assert low < held / sentences <= high  # where all hold, both are 1
         covered += low <= 0.8 <= high
-        single = Reliability([Counter({key: 1}) for key in found.counts.elements()])
-        low, high = single.interval(*single.bins)
+        low, high = share_of_clusters([(1, 1)] * held + [(1, 0)] * (sentences - held))
         alone += low <= 0.8 <= high
     assert covered >= binom.ppf(1e-6, 200, 0.93), covered
     assert alone < covered
 
 
 def test_ends_of_intervals_where_all_claims_hold_or_none_or_there_is_one_episode():
-    found = Reliability()
-    found.add([(0.8, True), (0.9, False), (0.9, False), (0.6, True), (0.6, False)])
-    one, two, three = map(found.interval, found.bins)
+    one = share_of_clusters([(2, 1)])
     assert one[0] < 0.5 < one[1]
-    assert two == (pytest.approx(0.025), 1.0)
-    assert three == (0.0, pytest.approx(0.975))
+    assert share_of_clusters([(1, 1)]) == (pytest.approx(0.025), 1.0)
+    assert share_of_clusters([(2, 0)]) == (0.0, pytest.approx(0.975))

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from pz_envs.family import all_families
-from pz_envs.text_mode import read_text
+from pz_envs.text.actions import read_text
 from teachers.atoms import FN, FP, Atom, ParseFailure, Utterance
+from teachers.budget import Budget
 from teachers.common import Reward, TryAgain
-from teachers.session import Purse, Session
+from teachers.session import Session
 from worlds.testing import plain
 
 GRID, BANDIT = (next(f for f in all_families() if f.name == name) for name in ("gridworld", "bandits"))
@@ -107,15 +108,13 @@ def test_a_text_that_is_no_action_counts_and_steps_nothing():
 
 @pytest.mark.parametrize("action", [9, "north", None])
 def test_what_is_no_action_changes_nothing(action):
-    session = made(undoable=True)
+    session = made()
     session.open(2)
     session.speak()
     before = repr(session.turn)
     with pytest.raises(ValueError, match="not in the action space"):
         session.act(action)
     assert repr(session.turn) == before
-    with pytest.raises(ValueError, match="there is no turn to take back"):
-        session.undo()
 
 
 def test_a_question_is_answered_once_a_turn():
@@ -161,21 +160,21 @@ def test_several_teachers_are_heard_when_all_have_spoken():
     assert {atom.speaker for atom in session.turn.atoms} <= {"teacher_0", "teacher_2"}
 
 
-def test_each_teacher_pays_from_its_purse():
-    purses = [Purse(0.5, 1), Purse(0.25)]
-    session = made(personalities=("oracle", "oracle"), purses=purses, instructs=True)
+def test_each_teacher_pays_from_its_budget():
+    budgets = [Budget(0.5, 1), Budget(0.25)]
+    session = made(personalities=("oracle", "oracle"), budgets=budgets, instructs=True)
     session.open(6)
     assert session.say_kinds(np.int64(31), 0) == -0.5
     assert session.say(Utterance.of([Atom(Reward(reward=0.0), "Nothing.", 0)] * 2), 1) == -0.5
-    assert [purse.spent for purse in purses] == [1, 2]
+    assert [budget.spent for budget in budgets] == [1, 2]
     session.act(0)
     assert session.say_kinds(31, 0) == 0
     session.open(6)
-    assert [purse.spent for purse in purses] == [0, 0]
+    assert [budget.spent for budget in budgets] == [0, 0]
 
 
 def test_words_without_atoms_cost_as_much_as_one_and_the_instruction_nothing():
-    session = made(purses=[Purse(0.01, 2)])
+    session = made(budgets=[Budget(0.01, 2)])
     session.open(0)
     assert session.say("Find the treasure, please.") == 0
     assert (session.instruction, session.feedback) == ("Find the treasure, please.", "")
@@ -203,71 +202,6 @@ def test_the_feedback_type_bounds_all_words_but_the_instruction():
     assert mute.feedback == ""
 
 
-@pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.name)
-@pytest.mark.parametrize("personality", ["oracle", "mistake(eps=0.5) | delayed(turns=1)"])
-def test_a_turn_that_is_taken_back_has_not_been(family, personality):
-    def fresh():
-        session = made(family, (personality,), undoable=True)
-        session.open(8)
-        session.speak()
-        return session
-
-    rng = np.random.default_rng(0)
-    one, other = fresh(), fresh()
-    actions = [one.world.sample_action(rng) for _ in range(4)]
-    first = []  # as long as the episode lasts
-    for action in actions[:2]:
-        if not played(fresh(), [*first, action])[-1].moment.over:
-            first.append(action)
-    played(one, first)
-    kept = repr(one.turn)
-    one.act(actions[2])
-    one.undo()
-    assert repr(one.turn) == kept
-    again = played(one, [actions[3]])
-    assert repr(again) == repr(played(other, [*first, actions[3]])[len(first) :])
-
-
-@pytest.mark.parametrize("speech", ["say", "say_kinds", "choose"])
-def test_what_teachers_said_is_taken_back_with_what_came_after(speech):
-    words = {"say": "Well done.", "say_kinds": 31, "choose": 1}[speech]
-    session = made(undoable=True, instructs=speech != "say")
-    session.open(9)
-    session.speak()
-    session.act(1)
-    suggested = str(session.suggest())
-    getattr(session, speech)(words)
-    if speech == "choose":
-        session.choose(0)
-    session.act(2)
-    seen = []
-    session.undo(teachers=True, before_act=lambda: seen.append(session.moment.turn))
-    assert (session.moment.turn, session.heard, seen) == (1, False, [0])
-    assert str(session.suggest()) == suggested
-    session.undo(teachers=True)
-    assert (session.moment.turn, session.heard) == (0, False)
-    with pytest.raises(ValueError, match="there is no turn to take back"):
-        session.undo()
-
-
-@pytest.mark.parametrize(
-    "begin",
-    [
-        lambda session: session.open(),
-        lambda session: (session.open(1), session.start_next_episode()),
-        lambda session: (session.open(1), session.resume_from(session.moment)),
-    ],
-    ids=["without a seed", "next episode", "resumed"],
-)
-def test_what_was_not_kept_cannot_be_taken_back(begin):
-    session = made(undoable=True)
-    begin(session)
-    session.speak()
-    session.act(0)
-    with pytest.raises(ValueError, match="undoable=True and an episode opened with a seed"):
-        session.undo()
-
-
 def test_an_episode_is_resumed_where_another_session_was():
     one, other = made(), made()
     one.open(3)
@@ -282,14 +216,14 @@ def test_an_episode_is_resumed_where_another_session_was():
 
 
 def test_the_next_episode_keeps_what_was_spent():
-    session = made(purses=[Purse(0.1, 9)], instructs=True)
+    session = made(budgets=[Budget(0.1, 9)], instructs=True)
     session.open(3)
     session.say_kinds(31)
-    start, spent = session.moment.after, session.offers[0].purse.spent
+    start, spent = session.moment.after, session.teacher_turns[0].budget.spent
     session.act(0)
     session.start_next_episode(start)
     assert session.moment.after == start
-    assert session.offers[0].purse.spent == spent > 0
+    assert session.teacher_turns[0].budget.spent == spent > 0
     assert session.seeds.episode == 1
 
 
@@ -317,14 +251,6 @@ def test_copies_go_on_like_the_original(copier):
     played(session, [0])
     twin = copier(session)
     assert repr(played(twin, [1, 2])) == repr(played(session, [1, 2]))
-
-
-def test_a_mistake_is_worth_less_than_another_action():
-    session = made(instructs=True)
-    session.open(1)
-    values = session.teacher.oracle.values(session.moment.after)
-    assert [session.mistake(action) for action in range(4)] == [value < max(values) for value in values]
-    assert reading().mistake(ParseFailure("x", "y"))
 
 
 def test_advice_for_the_first_action_is_feedback():
@@ -374,13 +300,14 @@ def test_each_teacher_speaks_once_a_turn_and_the_student_after_them():
 
 def test_an_action_whose_world_fails_was_not_and_arrays_are_kept_as_they_were(monkeypatch):
     family = next(family for family in FAMILIES if family.name == "optimization")
-    session = made(family, undoable=True)
+    session = made(family)
     session.open(1)
     session.speak()
-    action, records = np.array([0.5, 0.5], np.float32), []
+    action, records, kept = np.array([0.5, 0.5], np.float32), [], []
     for step in (0.1, 0.2):
         action += np.float32(step)
         records += played(session, [action])
+        kept.append(repr(records[-1]))
 
     def fail(action):
         raise RuntimeError("the simulator")
@@ -389,15 +316,17 @@ def test_an_action_whose_world_fails_was_not_and_arrays_are_kept_as_they_were(mo
         patch.setattr(session.world, "advance", fail)
         with pytest.raises(RuntimeError, match="the simulator"):
             session.act(action)
-    session.undo()
-    assert repr(session.turn) == repr(records[0])
+    assert repr(session.turn) == kept[-1]
+    action += np.float32(0.1)
+    played(session, [action])
+    assert [repr(record) for record in records] == kept
 
 
 @pytest.mark.parametrize(
     ("arguments", "match"),
     [
         ({"max_turns": 0}, "max_turns must be an integer of at least 1, got 0"),
-        ({"purses": [Purse(), Purse()]}, "purses must be one for each of 1 teachers, got 2"),
+        ({"budgets": [Budget(), Budget()]}, "budgets must be one for each of 1 teachers, got 2"),
     ],
 )
 def test_arguments_are_checked(arguments, match):

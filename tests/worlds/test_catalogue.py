@@ -1,13 +1,16 @@
 """The catalogue that ships, and titles that are looked up."""
 
+import contextlib
 import copy
 import pickle
 import re
+import sqlite3
 from functools import reduce
 from operator import or_
 
 import numpy as np
 import pytest
+from catalogues import write_catalogue
 from rapidfuzz.distance import OSA
 
 from worlds.movies import LEAST_MATCHES, draw_profile
@@ -269,3 +272,28 @@ def test_equal_facts_of_items_are_one_object():
         [item.first for item in items],
     ):
         assert len(set(map(id, facts))) == len(set(facts)) < 600
+
+
+def test_what_is_no_catalogue_is_refused(tmp_path):
+    other = tmp_path / "other.db"
+    with contextlib.closing(sqlite3.connect(other)) as database:
+        database.execute("CREATE TABLE title (id)")
+    text = tmp_path / "text.db"
+    text.write_text("no database " * 100)
+    for path in (other, text):
+        with pytest.raises(ValueError, match=r"is not a catalogue .*make one with `worlds.movies.catalogue.write`"):
+            load_catalogue(path)
+    for path in (tmp_path / "missing.db", 3.5):
+        with pytest.raises(ValueError, match="cannot read the catalogue"):
+            load_catalogue(path)
+
+
+def test_a_changed_file_is_read_again(tmp_path):
+    target = tmp_path / "big.db"
+    for count in (2, 3):
+        target.unlink(missing_ok=True)
+        write_catalogue(target, count)
+        first = load_catalogue(str(target))
+        assert load_catalogue(str(target)) is first
+        assert isinstance(first, Catalogue)
+    assert len(first.items) == 3

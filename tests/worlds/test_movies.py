@@ -8,6 +8,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from catalogues import write_catalogue
 
 from worlds.movies import (
     AGE,
@@ -24,7 +25,6 @@ from worlds.movies import (
     draw_profile,
 )
 from worlds.movies.catalogue import AGES, GENRES, PERIODS, load_catalogue
-from worlds.movies.catalogue.importing import BASICS, import_catalogue
 from worlds.movies.catalogue.titles import fold
 
 COMEDY, DRAMA, SPORT = (GENRES.index(name) for name in ("Comedy", "Drama", "Sport"))
@@ -243,10 +243,7 @@ def test_wishes_are_drawn_as_they_should_be():
 
 def test_a_catalogue_without_age_ratings(tmp_path):
     """Unknown ratings meet no wish, so that no user wishes for one."""
-    source, target = tmp_path / "basics.tsv", tmp_path / "big.db"
-    rows = [f"tt{i}\tmovie\tFilm {i}\tFilm\t0\t{1980 + i}\t\\N\t90\tDrama" for i in range(40)]
-    source.write_text("\n".join(["\t".join(BASICS), *rows]))
-    import_catalogue(source, target)
+    target = write_catalogue(tmp_path / "big.db")
     world = Movies(catalogue=str(target))
     for seed in range(100):
         world.reset(seed=seed)
@@ -258,11 +255,8 @@ def test_a_catalogue_without_age_ratings(tmp_path):
 
 
 def test_a_catalogue_that_is_too_small_is_refused(tmp_path):
-    source, target = tmp_path / "basics.tsv", tmp_path / "big.db"
-    source.write_text("\n".join(["\t".join(BASICS), "tt1\tmovie\tAlone\tAlone\t0\t1999\t\\N\t90\tDrama"]))
-    import_catalogue(source, target)
     with pytest.raises(ValueError, match="has fewer than 3 titles of each type"):
-        Movies(catalogue=str(target))
+        Movies(catalogue=str(write_catalogue(tmp_path / "small.db", 1)))
     with pytest.raises(ValueError, match="cannot read the catalogue"):
         Movies(catalogue=str(tmp_path / "missing.db"))
 

@@ -11,7 +11,7 @@ def add_to(app: typer.Typer) -> None:
     """Add the group and its commands."""
     group = typer.Typer(
         cls=Commands,
-        help="Commands for developers of these packages: benchmarks, comparisons, golden files, tables, catalogues.",
+        help="Commands for developers of these packages: benchmarks, comparisons, golden files, tables.",
         no_args_is_help=True,
     )
     add_modules(group, sys.modules[__name__])

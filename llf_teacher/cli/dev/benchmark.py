@@ -33,7 +33,7 @@ def benchmark(
 ) -> None:
     """Measure steps beside FrozenLake's, worlds beside the originals, seats beside tictactoe, all on fresh episodes.
 
-    A figure is the median of the runs; in brackets are the lowest and the highest, where processes differ.
+    A figure is the median of the runs; the brackets contain the lowest and the highest, if processes differ.
     With --against, the exit status is 1 if the lower end of a ratio's 95 % interval is above the limit in two runs.
     """
     from rich.console import Console
@@ -46,7 +46,7 @@ def benchmark(
     if everything and against is None:
         raise typer.BadParameter("--all needs --against; add it, or leave out --all")
     if runs is not None and against is not None:
-        raise typer.BadParameter("--runs is of the tables, which --against does not make; leave out one of them")
+        raise typer.BadParameter("--runs is for the tables, which --against does not make; leave out one of them")
     if limit is not None and against is None:
         raise typer.BadParameter("--limit needs --against; add it, or leave out --limit")
     runs, limit = runs or benchmark.RUNS, limit or benchmark.ALLOWED

@@ -1,4 +1,4 @@
-"""`llf dev compare`: compare the behaviour of this installation with that of another."""
+"""`llf dev compare`: compare the behaviour of two installations."""
 
 from typing import Annotated
 
@@ -21,7 +21,7 @@ def compare(
     episodes: Annotated[int, typer.Option(min=1, help="Episodes of each environment and teacher.")] = 100,
     turns: Annotated[int, typer.Option(min=1, help="Most turns of an episode.")] = 20,
 ) -> None:
-    """Play the same fresh episodes here and in another installation, and compare all that is said and done.
+    """Play the same fresh episodes here and in another installation, and compare every word and action.
 
     Half of the episodes have random actions, half advised ones. Floats are compared to the last bit. The exit status
     is 1 if an episode differs.

@@ -10,7 +10,7 @@ from llf_teacher.students.scene import HeardBatch
 from pz_envs.teacher_view import SUBSET_BITS
 from teachers.atoms import HN, HP, KINDS
 from teachers.batches import Said
-from teachers.session import BIT
+from teachers.feedback import BIT
 from worlds.batches import Bools, Floats, Ints, Rows, without
 
 
@@ -36,13 +36,13 @@ class Lifetimes:
         """The number of the student's current state, int64 (rows,)."""
 
     def begin(self, rows: Ints, places: Ints) -> None:
-        """Lifetimes begin in these states."""
+        """Begin lifetimes in these states."""
         for array in (self.episode, self.success, self.optimal, self.skill, self.visits, self.advised):
             array[rows] = 0
         self.here[rows] = places
 
     def forget(self, rows: Ints, lost: Bools, states: int) -> None:
-        """Forget states that will not come again, bool (len(rows), states); `states` is their number from now on."""
+        """Forget states that cannot recur, bool (len(rows), states); `states` is the number of states from now on."""
         self.visits = without(self.visits, rows, lost, states)
         self.advised = without(self.advised, rows, lost, states)
 
@@ -93,10 +93,10 @@ class Lifetimes:
 
 
 class Spoken:
-    """What there is to say in the rows, and how much of it a subset of kinds says.
+    """The available claims in the rows, and the claims that a subset of kinds says.
 
     Args:
-        said: of the teachers.
+        said: the claims of the teachers.
     """
 
     def __init__(self, said: Said) -> None:
@@ -119,7 +119,7 @@ class Spoken:
             left: number of claims that may be said; None: all.
 
         Returns:
-            The kinds of which something is said, as a subset's number, and the number of claims.
+            The kinds with a said claim, as a subset's number, and the number of claims.
         """
         said = subset.astype(np.uint8) & self.kinds[rows]
         if self._numbers is None:
@@ -131,7 +131,7 @@ class Spoken:
         return (numbers > 0) @ _BITS, numbers.sum(1)
 
     def heard(self, rows: Ints, said: Ints) -> HeardBatch:
-        """What students hear when these kinds are said: hp and hn only if they name the action."""
+        """The kinds that students use when these kinds are said: hp and hn only if they name the action."""
         return HeardBatch(said.astype(np.int64) & self._naming[rows], self.advised[rows], self.warned[rows])
 
 
@@ -139,7 +139,7 @@ _BITS = np.array([BIT[kind] for kind in KINDS], np.uint8)
 _COUNT = SUBSET_BITS.sum(1)
 _FIRST = (SUBSET_BITS.cumsum(1)[:, None] <= np.arange(len(KINDS) + 1)[:, None]) & (SUBSET_BITS[:, None] > 0)
 WITHIN = (_FIRST * _BITS).sum(2).astype(np.uint8)
-"""Per subset and number of atoms that can be said, the subset that is said, in speaking order; uint8 (32, 6)."""
+"""For each subset and number of affordable atoms, the subset that is said, in speaking order; uint8 (32, 6)."""
 
 
 def _share(count: Ints) -> Floats:

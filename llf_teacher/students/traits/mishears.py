@@ -1,6 +1,5 @@
-"""mishears(p): hears another claim than was said."""
+"""mishears(p): hears a wrong claim."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -8,19 +7,15 @@ import numpy as np
 
 from llf_teacher.students.scene import (
     BareSentence,
-    Floats,
     HeardBatch,
-    HeardTurn,
-    Recovery,
     Scene,
     SceneBatch,
     changed,
-    log_binomial,
 )
 from llf_teacher.students.trait import Trait
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Atom, Claim, EditClaim, PlanClaim, R, Verdict
 from teachers.common import Right, Wrong
-from teachers.session import BIT
+from teachers.feedback import BIT
 from teachers.spec import Share
 
 
@@ -31,17 +26,16 @@ class Mishears(Trait):
     It hears praise as the blame that is its opposite, and blame as praise, without a reason where the claim has no
     opposite; advice or a warning with another action, drawn at random; an example with another first action. It misses
     any other claim, such as a reward or a verdict without an action, and a sentence of a person or a model that carries
-    no claim. Instructions are read, and are not misheard. What is heard instead is worded anew in plain words, so that
-    atoms and text agree.
+    no claim. Instructions are read, and are not misheard. The wrong claim is worded in plain words, so that atoms and
+    text agree.
     """
 
     p: Share = 0.1
     """The probability, independent for each claim, 0 to 1; 0: never."""
     strength = "p"
-    recovery = Recovery(0.2)
 
     def hear(self, atom: Atom, scene: Scene) -> Claim[Any] | None:
-        """The claim, or what is heard in its place."""
+        """The claim, or the misheard one."""
         claim = atom.claim
         if (atom.kind is None and not isinstance(claim, BareSentence)) or claim.tried or not scene.happens(self.p):
             return claim
@@ -58,7 +52,7 @@ class Mishears(Trait):
         return None
 
     def hear_rows(self, heard: HeardBatch, scene: SceneBatch) -> HeardBatch:
-        """`hear` in arrays, of claims that are about actions, but for rewards."""
+        """`hear` in arrays, for claims about actions and rewards."""
         kinds = heard.kinds
         kinds = kinds - BIT[R] * scene.happens(self.p, heard.kinds & BIT[R] > 0)
         for kind, opposite in ((HP, HN), (HN, HP)):
@@ -70,8 +64,3 @@ class Mishears(Trait):
             kinds = kinds - BIT[kind] * (wrong & (other < 0))
             named.append(np.where(wrong, other, action))
         return HeardBatch(kinds, *named)
-
-    def log_likelihood(self, strengths: Floats, steps: Sequence[HeardTurn]) -> Floats:
-        """Of departures from advice for the turn."""
-        told = [step for step in steps if step.now]
-        return log_binomial(strengths, sum(not step.followed for step in told), len(told))

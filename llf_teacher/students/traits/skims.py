@@ -1,14 +1,12 @@
 """skims(kinds, p): skips sentences of some kinds."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from llf_teacher.students.scene import Floats, HeardBatch, HeardTurn, Recovery, Scene, SceneBatch, log_binomial
+from llf_teacher.students.scene import HeardBatch, Scene, SceneBatch
 from llf_teacher.students.trait import Trait
 from teachers.atoms import KINDS, Atom, Claim
-from teachers.feedback import format_kinds, parse_kinds
-from teachers.session import BIT
+from teachers.feedback import BIT, format_kinds, parse_kinds
 from teachers.spec import Share
 
 
@@ -21,7 +19,6 @@ class Skims(Trait):
     p: Share = 1.0
     """The probability, independent for each claim, 0 to 1; 0: never."""
     strength = "p"
-    recovery = Recovery(0.4)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -41,10 +38,3 @@ class Skims(Trait):
             if kind in parse_kinds(self.kinds):
                 kinds = kinds - BIT[kind] * scene.happens(self.p, heard.kinds & BIT[kind] > 0)
         return heard._replace(kinds=kinds)
-
-    def log_likelihood(self, strengths: Floats, steps: Sequence[HeardTurn]) -> Floats:
-        """Of departures from advice for the turn in states that nothing was said of before; luck may hide them."""
-        told = [step for step in steps if step.now and step.fresh]
-        if not told:
-            return 0.0 * strengths
-        return log_binomial(strengths * (1 - told[0].chance), sum(not step.followed for step in told), len(told))

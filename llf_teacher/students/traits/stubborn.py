@@ -1,12 +1,11 @@
-"""stubborn(p): does again what it did last, whatever it chooses."""
+"""stubborn(p): repeats its last action, whatever it chooses."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from llf_teacher.students.scene import Floats, HeardTurn, Recovery, Scene, SceneBatch, log_binomial
+from llf_teacher.students.scene import Scene, SceneBatch
 from llf_teacher.students.trait import Trait
 from teachers.spec import Share
 from worlds.batches import Ints
@@ -14,12 +13,11 @@ from worlds.batches import Ints
 
 @dataclass(frozen=True)
 class Stubborn(Trait):
-    """With probability p, in each turn but the first, repeats its last action in place of the one that it chooses."""
+    """In each turn but the first, repeats its last action with probability p instead of its choice."""
 
     p: Share = 0.3
     """The probability, 0 to 1; 0: never."""
     strength = "p"
-    recovery = Recovery(0.3, teacher="mistake(eps=1)")  # whose advice changes from turn to turn
 
     def act(self, action: Any, scene: Scene) -> Any:
         """The last action, or this one."""
@@ -28,8 +26,3 @@ class Stubborn(Trait):
     def act_rows(self, actions: Ints, scene: SceneBatch) -> Ints:
         """`act` in arrays."""
         return np.where(scene.happens(self.p, scene.turn > 0), scene.last, actions)
-
-    def log_likelihood(self, strengths: Floats, steps: Sequence[HeardTurn]) -> Floats:
-        """Of repetitions, where another action is advised."""
-        told = [step for step in steps if step.last is not None and step.advised not in (None, step.last)]
-        return log_binomial(strengths, sum(step.action == step.last for step in told), len(told))

@@ -6,7 +6,7 @@ import os
 import platform
 import re
 from bisect import bisect_right
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from importlib import metadata
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
@@ -14,11 +14,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 from llf_teacher.episodes.failure import Failure, failure
 from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.models.cache import spending
+from llf_teacher.models.local.catalogue import is_local
+from llf_teacher.models.local.options import slots
+from llf_teacher.models.model import AsksModel
 from llf_teacher.models.settings import CACHE
 from llf_teacher.speakers.llm_reader import LLMReader
 from llf_teacher.speakers.parsing import parse_reader
 from llf_teacher.speakers.speaker import Speaker
 from llf_teacher.students.parsing import parse_student
+from llf_teacher.students.trait import traits_of
 from llf_teacher.studies.definition.custom_specs import check_portable, parse_teacher
 from llf_teacher.studies.definition.recalled import facts_of
 from llf_teacher.studies.definition.study import Study
@@ -39,9 +43,9 @@ class EpisodeError(RuntimeError):
     """Episodes failed. Played episodes and the reasons of failures are stored."""
 
     trace: str = ""
-    """The traceback of the first failure in the process that played it; empty if the message says it all."""
+    """The traceback of the first failure in the process that played it; empty if the message is enough."""
     played: int = 0
-    """Number of episodes that were played."""
+    """Number of played episodes."""
 
 
 class StudyError(EpisodeError):
@@ -72,25 +76,33 @@ def parse_shard(text: str) -> Shard:
 
 
 class RunOptions(NamedTuple):
-    """How a study is played; its episodes do not depend on it."""
+    """How to play a study, without effect on its episodes."""
 
     executor: str | None = None
     """A name of `executors.NAMES`.
 
-    None: `here` for one worker without limits, else `processes`, where limits can be enforced by killing a process.
+    None: `threads` without limits where a model of this machine is asked, `here` for one worker without limits, else
+    `processes`, where limits can be enforced by killing a process.
     """
     address: str | None = None
     """Address of the executor's cluster."""
     limits: Limits = Limits()
     shard: Shard = Shard(1, 1)
     retry_failed: bool = False
-    """Whether episodes that failed in an earlier run are played again."""
+    """Whether to play again episodes that failed in an earlier run."""
     fail_fast: bool = False
-    """Whether no more episodes begin after a failure."""
+    """Whether to begin no more episodes after a failure."""
 
-    def engine(self, workers: int | None) -> str:
-        """Name of the executor for this number of workers."""
-        return self.executor or ("here" if workers == 1 and self.limits == Limits() else "processes")
+    def engine(self, workers: int | None, waits: bool = False) -> str:
+        """Name of the executor.
+
+        Args:
+            workers: number of episodes at once; None: one per core.
+            waits: whether a model of this machine is asked, for which players wait.
+        """
+        unlimited = self.limits == Limits()
+        by_itself = "here" if workers == 1 and unlimited else "threads" if waits and unlimited else "processes"
+        return self.executor or by_itself
 
 
 class _Tally(NamedTuple):
@@ -98,7 +110,7 @@ class _Tally(NamedTuple):
 
     there: int
     lost: int
-    """Episodes that failed earlier and are not played again."""
+    """Episodes that failed earlier and will not be played again."""
     todo: int
     students: tuple[str, ...]
     """Students of the episodes to be played."""
@@ -129,17 +141,17 @@ def play_missing(
     and cannot be split into shards.
 
     Args:
-        study: what to play.
-        store: gets each episode as it ends.
-        workers: number of episodes that are played at once; None: one per core. With 1 this process plays, unless
-            `options` say otherwise.
-        progress: called with the number of episodes that are done, and the total.
+        study: the study.
+        store: the store; it gets each episode at its end.
+        workers: number of episodes at once; None: one per core. With 1 this process plays, unless `options` say
+            otherwise.
+        progress: called with the number of completed episodes, and the total.
         environment: environment variables for the workers, such as `LLF_LLM_BUDGET`, beside those of this process.
         options: how to play.
         on_interim: called with the decision of each interim analysis of this run.
 
     Returns:
-        The number of episodes that were played.
+        The number of played episodes.
 
     Raises:
         EpisodeError: episodes failed, now or earlier; all others are stored.
@@ -197,7 +209,10 @@ class _Run:
             teacher.check(os.environ | self._environment)
         if tally.todo and isinstance(reader := parse_reader(self._study.reader), LLMReader):
             reader.check(os.environ | self._environment)
-        executor = options.engine(workers)
+        waits = asks_here(self._study, tally.students)
+        executor = options.engine(workers, waits)
+        if waits and workers is None and executor == "threads":
+            workers = slots()  # each then keeps its conversation in the model's memory
         if tally.todo and executor not in executors.HERE:
             check_portable((*self._study.teachers, *self._study.transfer.get("teachers", ()), *tally.students))
         self._progress(tally.done, tally.total)
@@ -209,7 +224,7 @@ class _Run:
                 with executors.start(executor, work, workers, options.address) as engine:
                     self._play(engine, tally)
             finally:
-                with contextlib.suppress(StoreError):  # the manifest lacks the costs; no episode is lost
+                with contextlib.suppress(StoreError):  # then the manifest lacks the costs, but no episode is lost
                     if spent := spending(self._cache):
                         store.write_manifest({"llm": spent})
         if error := self._error or self._failures(tally):
@@ -243,7 +258,7 @@ class _Run:
         return _Tally(there, lost, todo, tuple(students), turns)
 
     def _ends(self, analysis: int) -> bool:
-        """Whether the design ends the study now; decisions from this analysis on are reported."""
+        """Whether the design ends the study now; reports the decisions from this analysis on."""
         if not self._study.interim_analyses or self._options.shard.of > 1:
             return False
         from llf_teacher.studies.execution.interim import decide  # imports Matplotlib
@@ -321,15 +336,23 @@ class _Run:
         return error
 
 
+def asks_here(study: Study, students: Iterable[str]) -> bool:
+    """Whether one of these students, or a teacher or the reader of the study, asks a model of this machine."""
+    asking: list[Any] = [traits_of(parse_student(student))[0] for student in students]
+    asking += [getattr(each, "wording", each) for each in speakers(study)]
+    asking.append(parse_reader(study.reader))
+    return any(isinstance(each, AsksModel) and is_local(each.settings.model) for each in asking)
+
+
 def speakers(study: Study) -> Iterator[Speaker]:
-    """The teachers of a study that are not personalities alone."""
+    """The teachers of a study beside mere personalities."""
     for spec in dict.fromkeys((*study.teachers, *study.transfer.get("teachers", ()))):
         if isinstance(teacher := parse_teacher(spec), Speaker):
             yield teacher
 
 
 def manifest(study: Study) -> dict[str, Any]:
-    """What is needed to repeat a study: its definition, and the versions of its software."""
+    """The facts for repeating a study: its definition, and the versions of its software."""
     return {
         "study": study.as_dict(),
         "played": {family: list(each) for family, each in study.versions.items()},
@@ -344,7 +367,7 @@ def manifest(study: Study) -> dict[str, Any]:
 
 
 def _versions() -> dict[str, str]:
-    """Versions of this package and of its installed dependencies, without those of tests."""
+    """Versions of this package and of its installed dependencies, except those for tests."""
     own = "llf-teacher"
     asked = [each for each in metadata.requires(own) or () if "test" not in each.partition(";")[2]]
     names = sorted({re.split(r"[^\w.-]", each, maxsplit=1)[0] for each in asked} - {own})

@@ -1,7 +1,7 @@
 """Export formats of a study's episodes: one module each, found by its name.
 
 A module has `write(results, path, ...) -> int`, whose keyword-only arguments are the format's options, and which
-returns the number of rows or files. All formats read the store and hold one episode at a time.
+returns the number of rows. All formats read the store, one episode at a time.
 """
 
 import importlib
@@ -27,15 +27,14 @@ def write_export(results: Results, path: Path | str, spec: str) -> int:
 
     Args:
         results: the store.
-        path: the file, or the folder for formats of several files; it is replaced.
+        path: the file; it is replaced.
         spec: the format, with or without options: `chat`, `sft(success=True, regret_below=0.5)`, ...
 
     Returns:
-        The number of rows, or of data sets.
+        The number of rows.
 
     Raises:
         ValueError: an unknown format or option.
-        ModuleNotFoundError: a library that the format needs is not installed; the message has the pip line.
     """
     call = parse_call("format", spec, "`name` or `name(key=value)`, such as sft(success=True)")
     name, options = call.name, call.arguments

@@ -1,4 +1,4 @@
-"""The store of a study's episodes: one SQLite file, its lock, merging, and migration of older files."""
+"""The store of a study's episodes: one SQLite file, its lock, and merging."""
 
 from llf_teacher.studies.store.database import Store, StoreError
 

@@ -1,6 +1,6 @@
 "use strict";
 // An episode that is over: turn by turn, or all of it.
-import { byId } from "./common.js";
+import { ask, byId } from "./common.js";
 
 const turns = [...document.querySelectorAll("ol.turns > li")];
 let shown = turns.length;
@@ -25,3 +25,28 @@ addEventListener("keydown", (event) => {
 });
 byId("steps").hidden = false;
 show(turns.length);
+
+// The film takes longer than other files: it is asked for, and taken when it is made.
+const PATIENCE = 1000; // milliseconds between two questions whether it is made
+const film = byId("film");
+let taken = false;
+const making = async () => {
+  try {
+    const { made } = await ask("film", {});
+    byId("making").textContent = made ? "" : "It is being made, which may take minutes; the page can be used meanwhile.";
+    if (!made) return setTimeout(making, PATIENCE);
+    taken = true;
+    film.click();
+    taken = false;
+  } catch (error) {
+    byId("making").textContent = error.answered ? error.message : "The server cannot be reached; try again.";
+  }
+};
+if (film) {
+  film.addEventListener("click", (event) => {
+    if (taken) return;
+    event.preventDefault();
+    making();
+  });
+  if ("asked" in film.dataset) making();
+}

@@ -27,7 +27,7 @@ const look = async () => {
 };
 
 const send = async (what, sent) => {
-  const problem = byId(what === "sit" ? "problem-sit" : "problem");
+  const problem = byId("problem");
   problem.textContent = "";
   document.body.setAttribute("aria-busy", "true");
   try {
@@ -65,7 +65,7 @@ const drawTurns = (state) => {
   for (const turn of state.turns) list.insertAdjacentHTML("beforeend", turn);
   // The last one is above already, in large.
   [...list.children].forEach((turn, number) => { turn.hidden = number === state.turn; });
-  byId("past").hidden = state.join || ![...list.children].some((turn) => !turn.hidden);
+  byId("past").hidden = ![...list.children].some((turn) => !turn.hidden);
 };
 
 const status = (state) => {
@@ -112,11 +112,6 @@ const teacher = (state) => {
 
 const show = (state) => {
   const moved = state.version !== known.version || known.turn === -1;
-  byId("sit").hidden = !state.join;
-  byId("lesson").hidden = state.join;
-  byId("consent").textContent = state.consent;
-  byId("agree").hidden = !state.consent;
-  byId("code").hidden = !state.codes;
   byId("status").textContent = status(state);
   byId("now").textContent = state.now;
   byId("unmeasured").hidden = !state.unmeasured;
@@ -135,8 +130,7 @@ const show = (state) => {
   if (state.mine && state.seat === "teacher") teacher(state);
   byId("end").hidden = !state.over;
   if (state.over) {
-    const kept = state.kept ? " It is in the study." : "";
-    byId("sum").textContent = `Over after ${state.turn} turns: ${state.success ? "solved" : "not solved"}.${kept} `;
+    byId("sum").textContent = `Over after ${state.turn} turns: ${state.success ? "solved" : "not solved"}. `;
     stop();
   }
   known = state;
@@ -177,10 +171,6 @@ const submit = (id, act) => byId(id).addEventListener("submit", (event) => {
   act();
 });
 
-submit("sit", async () => {
-  const { agreed, code } = byId("sit").elements;
-  await move({ agreed: agreed.checked, code: code.value }, "sit");
-});
 submit("act", async () => {
   if (!byId("answer").value.trim()) return;
   if (await move({ act: byId("answer").value })) byId("answer").value = "";
@@ -210,10 +200,6 @@ byId("answer").addEventListener("keydown", (event) => {
   }
 });
 byId("whole").href = `${here}/episode`;
-if (byId("link")) {
-  byId("link").value = location.origin + byId("link").dataset.path;
-  byId("link").addEventListener("focus", () => byId("link").select());
-}
 document.addEventListener("visibilitychange", () => { if (!document.hidden) look(); });
 dark.addEventListener("change", () => picture(known));
 look().then(refocus);

@@ -1,4 +1,4 @@
-"""Transitions by exploration: all states that can be reached, by copies of the environment."""
+"""Transitions by exploration: copies of the environment visit all reachable states."""
 
 from collections import deque
 from collections.abc import Callable, Hashable, Iterable
@@ -10,64 +10,48 @@ from typing import Any, NamedTuple
 import gymnasium
 import numpy as np
 
-from teachers.planning import cache
-from teachers.planning.contents import HINT, Contents
 from teachers.planning.exact.tables import action_count
 from teachers.planning.known import State
 from teachers.planning.planner import PlanningError, stepped
 from teachers.planning.progress import ProgressBar
+from teachers.planning.state_key import HINT
 from teachers.planning.transitions import Transition, Transitions
-from worlds.wrapped.snapshots import copied, draws, shake
+from worlds.wrapped.generators import draws, shake
+from worlds.wrapped.layers import copied
 
 _Env = gymnasium.Env[Any, Any]
 _SAMPLED = 50  # states in which a step is repeated that draws nothing, or from another way there
 _FEW, _LUCK = 4, 300  # other random numbers, with which each step that draws some is repeated, at first and later
-_PLAYED, _PLAYED_AGAIN = 1_500, 500  # steps by which transitions are tried, when they are new and when they were stored
+_PLAYED = 1_500  # steps by which transitions are tried
 _SHOWN = 60  # characters of a state
 _CLOSE = 1e-9  # rewards that differ by less are equal
 
 
 class Start(NamedTuple):
-    """Where exploring begins."""
+    """The start of an exploration."""
 
     env: _Env
-    """An environment in a state of its own; it is not changed."""
+    """The environment in the first state; it is not changed."""
     state: State
     """Reads the key of an environment's state."""
     turn: int
-    """Number of actions before that state."""
+    """Number of actions before the first state."""
     share: Callable[[int], float]
-    """What is paid of a reward after so many actions."""
+    """The factor of a reward after so many actions."""
     limit: int
-    """Number of actions after which time is over; an environment that truncates an episode before ends it."""
+    """The time limit in actions; truncation before it counts as the end of the episode."""
     late: bool
-    """Whether states count, too, that are reached only after so many."""
+    """Whether states at the time limit count, too."""
 
 
-def explored(start: Start, states: int, seconds: float) -> Transitions:
-    """The same as `explore`, once for all processes: what is found is stored, and tried before it is used again.
+def _disagreement(start: Start, found: Transitions) -> str:
+    """A contradiction between play and the transitions, in words; empty if none is found.
 
-    To be used with functions of ours as `state`, which the key of a stored table covers.
-    """
-    env, state = start.env, start.state
-    key = cache.key_of(env, state(env), start.turn, start.limit, start.late, Contents(strict=False)(env))
-    found = cache.load(key)
-    if found is None or len(found) > states or _disagreement(start, found, _PLAYED_AGAIN):
-        found = explore(start, states, seconds)
-        cache.save(key, found)
-    return found
-
-
-def _disagreement(start: Start, found: Transitions, left: int) -> str:
-    """What play gives that transitions do not say; empty: nothing.
-
-    By walks at random of many lengths, each of which then goes the shortest way to a reward or an end: states are
-    reached late, and by many ways.
+    Random walks of many lengths each go on along a shortest path to a reward or an end, so that they reach states late
+    and by many paths.
     """
     env, state, turn, share, limit, _ = start
-    rng, count = np.random.default_rng(0), action_count(env)
-    if any(len(row) != count or not all(len(each) <= 1 for each in row) for row in found.values()):
-        return "an action has several results, or none"
+    rng, count, left = np.random.default_rng(0), action_count(env), _PLAYED
     ways = _Ways(found)
     while left > 0:
         there, now, key = copied(env), turn, state(env)
@@ -94,7 +78,7 @@ def _disagreement(start: Start, found: Transitions, left: int) -> str:
 
 
 class _Ways:
-    """The shortest ways to rewards and ends, which a walk at random seldom sees."""
+    """Shortest paths to rewards and ends, which random walks seldom reach."""
 
     def __init__(self, found: Transitions) -> None:
         self._found = found
@@ -112,7 +96,7 @@ class _Ways:
         self._known: dict[Hashable, dict[Hashable, int]] = {}
 
     def step(self, number: int, key: Hashable) -> int | None:
-        """The next action on the way to one of the goals; None if there is none."""
+        """The next action on the path to a goal; None if there is no path."""
         if not self.goals:
             return None
         place, last = self.goals[number]
@@ -128,28 +112,31 @@ class _Ways:
         return self._known[place].get(key)
 
 
-def explore(start: Start, states: int, seconds: float) -> Transitions:
-    """The transitions of all actions in all states that can be reached, breadth first.
+def explore(start: Start, states: int, steps: int) -> Transitions:
+    """The transitions of all actions in all reachable states, breadth first.
+
+    Both bounds count work, not time, so that the result does not depend on the machine.
 
     Args:
-        start: where it begins.
-        states, seconds: the most states, and the most time.
+        start: the start of the exploration.
+        states: most states.
+        steps: most steps of copies, trials included.
 
     Raises:
-        PlanningError: a bound is reached, chance decides what happens, or states of the same key differ.
+        PlanningError: a bound is reached, results are random, or states with the same key differ.
     """
     with ProgressBar("exploring", "states") as bar:
-        return _explore(start, states, seconds, bar)
+        return _explore(start, states, steps, bar)
 
 
-def _explore(start: Start, states: int, seconds: float, bar: ProgressBar) -> Transitions:
+def _explore(start: Start, states: int, steps: int, bar: ProgressBar) -> Transitions:
     env, state, turn, share, limit, late = start
     count = action_count(env)
     found: dict[Hashable, list[list[Transition]]] = {}
     ended: set[Hashable] = set()
     queue = deque([(copied(env), state(env), turn)])
     seen = {queue[0][1]}
-    lucks, steps = count_up(), 0
+    lucks, taken = count_up(), 0
     drawing: list[tuple[_Env, int, int, Transition]] = []
     again: list[tuple[_Env, Hashable, int]] = []  # states that were reached by another way
     while queue:
@@ -162,13 +149,17 @@ def _explore(start: Start, states: int, seconds: float, bar: ProgressBar) -> Tra
             drew = draws(there) != before
             tries = _FEW if drew else int(len(found) <= _SAMPLED)
             _check_certain(here, action, state, share(now), now + 1 < limit, transition, islice(lucks, tries))
-            steps += 1 + tries
+            taken += 1 + tries
             if drew:
                 drawing.append((here, action, now, transition))
-                if steps > _SAMPLED and len(drawing) * _LUCK * bar.seconds / steps > seconds:
-                    raise _too_many(len(drawing), seconds)
+                if taken + len(drawing) * _LUCK > steps:
+                    raise PlanningError(
+                        f"{len(drawing):,} steps or more draw random numbers; to try each {_LUCK} times, so that "
+                        f"chance is found, takes more than steps={steps:,}; draw only where chance decides, or pass "
+                        f"another bound, as in oracle='exact(steps={2 * steps})'"
+                    )
             rows.append([transition])
-            if bar.seconds > seconds:
+            if taken > steps:
                 break
             if transition.state is None or (not late and now + 1 >= limit):
                 ended.add(after)
@@ -183,35 +174,33 @@ def _explore(start: Start, states: int, seconds: float, bar: ProgressBar) -> Tra
                 "the state in attributes that are copied"
             )
         bar.show(len(found), len(seen))
-        if len(seen) > states or bar.seconds > seconds:
+        if len(seen) > states or taken > steps:
             counts = getattr(getattr(state, "state", state), "counts", ())
             raise PlanningError(
                 f"more than {len(seen) - 1:,} states can be reached, {len(found):,} of which were explored in "
-                f"{bar.seconds:.0f} s; the bounds are states={states:,} and seconds={seconds:g}; "
+                f"{taken:,} steps; the bounds are states={states:,} and steps={steps:,}; "
                 + (
                     f"the environment counts steps in {', '.join(counts)}, so that no state comes twice; if the count "
                     f"decides nothing, {HINT}, and without the count"
                     if counts
-                    else f"pass other ones, as in oracle='exact(states={2 * states}, seconds={2 * seconds:g})'"
+                    else f"pass other ones, as in oracle='exact(states={2 * states}, steps={2 * steps})'"
                 )
             )
     for here, action, now, transition in drawing:
         _check_certain(here, action, state, share(now), now + 1 < limit, transition, islice(lucks, _LUCK))
-        if bar.seconds > seconds:
-            raise _too_many(len(drawing), seconds)
     for there, key, now in again:
         for action in range(count):
             transition, _ = _step(copied(there), action, state, share(now), now + 1 < limit)
             if not _same(transition, found[key][action][0]):
                 raise _alike(f"action {action} led to {_said(transition)} and to {_said(found[key][action][0])}")
     whole = found | {key: [[] for _ in range(count)] for key in ended - found.keys()}
-    if differs := _disagreement(start, whole, _PLAYED):
+    if differs := _disagreement(start, whole):
         raise _alike(differs)
     return whole
 
 
 def _said(transition: Transition) -> str:
-    """Where it leads, without the content of a large state."""
+    """The target of a transition, without the content of a large state."""
     where = "the end" if transition.state is None else f"state {transition.state}"
     return f"{where if len(where) < _SHOWN else 'a state'} for {transition.reward:g}"
 
@@ -224,9 +213,9 @@ def _alike(differs: str) -> PlanningError:
 
 
 def _step(env: _Env, action: int, state: State, share: float, early: bool) -> tuple[Transition, Hashable]:
-    """Take an action: its transition with the reward before it fades, and the key of the state after it.
+    """Take an action; return its transition, with the reward before fading, and the key of the next state.
 
-    Where it is early, not time has truncated an episode but the state.
+    If `early`, a truncation comes from the state and not from the time limit, and ends the episode.
     """
     _, reward, terminated, truncated, _ = stepped(env, action)
     after = state(env)
@@ -239,19 +228,16 @@ def _step(env: _Env, action: int, state: State, share: float, early: bool) -> tu
 def _check_certain(
     env: _Env, action: int, state: State, share: float, early: bool, transition: Transition, lucks: Iterable[int]
 ) -> None:
-    """Take an action again, each time with other random numbers."""
+    """Check that an action has the same result with other random numbers.
+
+    Raises:
+        PlanningError: results are random.
+    """
     for luck in lucks:
         other = copied(env)
         shake(other, luck)
         if not _same(_step(other, action, state, share, early)[0], transition):
             raise PlanningError("chance decides what actions do, and there is no table that says how")
-
-
-def _too_many(drawing: int, seconds: float) -> PlanningError:
-    return PlanningError(
-        f"{drawing:,} steps or more draw random numbers; to try each {_LUCK} times, so that chance is found, takes "
-        f"more than seconds={seconds:g}; draw only where chance decides, or give more seconds"
-    )
 
 
 def _same(one: Transition, other: Transition) -> bool:

@@ -11,48 +11,34 @@ import numpy as np
 from teachers.planning.expert.asking import ExpertError, Policy, Watched
 from teachers.planning.planner import PlanningError, shared_draws
 from worlds.actions import canonical
+from worlds.wrapped.generators import reseed
+from worlds.wrapped.layers import is_plain, layers
 from worlds.wrapped.position import same, still
-from worlds.wrapped.snapshots import is_plain, layers, reseed
 
 _Env = gymnasium.Env[Any, Any]
 _EPISODES = 100  # at most
 _STEPS = 20  # of an episode, at most
 _TOTAL = 300  # steps of all episodes
-_SECONDS, _PATIENCE = (
-    3.0,
-    20.0,
-)  # of computing here and of waiting, as for other programs; then there is no further step
-
-
-class _Until(NamedTuple):
-    """When a trial ends."""
-
-    computed: float
-    waited: float
-
-    @property
-    def over(self) -> bool:
-        """Whether that was."""
-        return time.process_time() > self.computed or time.monotonic() > self.waited
+_SECONDS = 3.0  # of computing; then there is no further step
 
 
 class _Seen(NamedTuple):
     """What happened in a step of a trial."""
 
     asked: Any
-    """What the expert said; None if it gave no answer."""
+    """The expert's answer; None if it gave none."""
     before: Any
-    """The observation before it."""
+    """The observation before the step."""
     after: Any
 
 
 def try_out(env: _Env, make: Callable[[_Env], Policy]) -> bool:
-    """Play some steps, half of them by the expert; return whether other draws changed anything.
+    """Play some steps, half of them by the expert; return whether other random draws changed anything.
 
     Raises:
-        PlanningError: the expert gives no answer, or two in one state; or the environment cannot be repeated.
+        PlanningError: the expert gives no answer, or two in one state; or a replay of the environment differs.
     """
-    until = _Until(time.process_time() + _SECONDS, time.monotonic() + _PATIENCE)
+    until = time.process_time() + _SECONDS
     shared = shared_draws()
     first, again = list(_play(env, make, 0, 0, until)), list(_play(env, make, 0, 0, until))
     for mine, its in zip(first, again, strict=False):  # the second one may have had less time
@@ -76,7 +62,7 @@ def try_out(env: _Env, make: Callable[[_Env], Policy]) -> bool:
         if any(not same(mine.after, its.after) for mine, its in zip(one, other, strict=False)):
             return False
         steps += len(one)
-        if steps > _TOTAL or until.over:
+        if steps > _TOTAL or time.process_time() > until:
             break
     return True
 
@@ -91,8 +77,8 @@ def _unlike(env: _Env) -> PlanningError:
     )
 
 
-def _play(env: _Env, make: Callable[[_Env], Policy], seed: int, draws: int, until: _Until) -> Iterator[_Seen]:
-    """An episode with a seed of its own for its draws after the reset."""
+def _play(env: _Env, make: Callable[[_Env], Policy], seed: int, draws: int, until: float) -> Iterator[_Seen]:
+    """Play an episode; `draws` seeds the random draws after the reset."""
     observation, info = env.reset(seed=seed)
     try:
         scene = Watched.begin(env, make, observation, info)
@@ -102,7 +88,7 @@ def _play(env: _Env, make: Callable[[_Env], Policy], seed: int, draws: int, unti
     space, rng = copy.deepcopy(env.action_space), np.random.default_rng(seed)
     space.seed(seed)
     for step in range(_STEPS):
-        if until.over and step:
+        if step and time.process_time() > until:
             return
         try:
             asked = scene.ask()

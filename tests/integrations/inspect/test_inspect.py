@@ -64,7 +64,7 @@ def test_environments_of_the_registry_are_played(tmp_path):
         return next((word for word in re.findall(r"[a-z]+", told) if word in ("left", "down", "right", "up")), "left")
 
     lake = TASKS["gym"](ids="gym:FrozenLake-v1", options={"is_slippery": False}, seeds=2, feedback_type="fp")
-    pole = TASKS["gym"](ids=["gym:CartPole-v1"], seeds=1, max_turns=3)
+    pole = TASKS["gym"](ids=["gym:CartPole-v1"], options={"oracle": "rewards"}, seeds=1, max_turns=3)
     first, second = play_tasks([lake, pole], model=scripted(walk), log_dir=f"{tmp_path}", display="none")
     assert metrics(first)["success"]["mean"] == 1
     assert metrics(first)["regret"]["mean"] == 0

@@ -1,7 +1,6 @@
 """A catalogue of films and series: facts in SQLite, an index of them in memory, and a look-up of titles.
 
-The shipped catalogue is built from `data/catalogue.csv`; larger ones are SQLite files made by
-`worlds.movies.catalogue.importing`.
+The shipped catalogue is built from `data/catalogue.csv`; others are SQLite files, which `write` fills.
 """
 
 import csv
@@ -51,7 +50,7 @@ GENRES = (
 CERTIFICATES = ("G", "PG", "PG-13", "R", "NC-17", "TV-Y", "TV-Y7", "TV-G", "TV-PG", "TV-14", "TV-MA")
 """The age ratings of films (MPA) and of series (TV Parental Guidelines) in the United States."""
 PERIODS = ((1980, 1989), (1990, 1999), (2000, 2009), (2010, 9999))
-"""First and last year of each period: the 80s, the 90s, the 2000s, and the years since."""
+"""First and last year of each period: the 80s, the 90s, the 2000s, and all later years."""
 AGES = (
     ("G", "TV-Y", "TV-Y7", "TV-G"),
     ("G", "PG", "TV-Y", "TV-Y7", "TV-G", "TV-PG"),
@@ -294,8 +293,7 @@ def _copy(path: str, database: sqlite3.Connection) -> None:
 
 
 def _refusal(path: str | None, error: Exception) -> ValueError:
-    maker = f"{__name__}.importing.import_catalogue"
-    return ValueError(f"{path} is not a catalogue ({error}); make one with `{maker}`")
+    return ValueError(f"{path} is not a catalogue ({error}); make one with `{__name__}.write`")
 
 
 def _entries(database: sqlite3.Connection) -> Iterable[Entry]:
