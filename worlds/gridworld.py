@@ -206,7 +206,7 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
         if behind != NO_DOOR:
             if behind == layout.treasure and not found:
                 found, reward = True, 1.0
-            self._truth = Truth(behind, found, layout)
+            self._truth = tuple.__new__(Truth, (behind, found, layout))  # in a third of the time of its constructor
         return self.observe(), reward, False, False, {"success": found}
 
     def observe(self) -> dict[str, Any]:

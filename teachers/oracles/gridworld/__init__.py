@@ -57,7 +57,7 @@ _SOME = 3
 
 
 @lru_cache(maxsize=4096)
-def _verdict(cls: type[Nearer | NoNearer], action: Direction, room: str) -> Claim:
+def _verdict(cls: type[Found | Nearer | NoNearer], action: Direction, room: str) -> Claim:
     """A verdict on a move; the same ones recur in each house."""
     return cls(action=action, room=room)
 
@@ -135,7 +135,7 @@ class GridworldOracle(Oracle[Truth, Gridworld]):
             return
         action, after = moment.action, moment.after
         if after.found:
-            verdict: Claim = Found(action=action, room=layout.names[after.room])
+            verdict = _verdict(Found, action, layout.names[after.room])
         else:
             good = action in self._rooms[room].good
             verdict = _verdict(Nearer if good else NoNearer, action, layout.names[room])
