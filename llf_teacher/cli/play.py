@@ -16,7 +16,7 @@ from llf_teacher.cli import complete_id, complete_student, complete_teacher, rea
 from llf_teacher.escaping import escape_control_chars
 from pz_envs.seats import STUDENT, TEACHER
 from teachers.atoms import KINDS, ParseFailure
-from teachers.feedback import parse_kinds
+from teachers.feedback import number_of, parse_kinds
 from teachers.spec import unknown
 from teachers.terminal import Waiting
 from teachers.words import KIND_MEANINGS, KIND_WORDS
@@ -386,7 +386,7 @@ def _choose(console: Console, lesson: "LiveLesson", explain: Callable[[], None])
         except ValueError:
             console.print(f"Type some of {', '.join(KINDS)}, a for all of them, or nothing; {HELP[0]} explains them.")
             continue
-        return sum(1 << i for i, kind in enumerate(KINDS) if kind in kinds)
+        return number_of(kinds)
 
 
 def _worded(claim: "Claim[Any]", turn: "TeacherTurn") -> str:
