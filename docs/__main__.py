@@ -44,7 +44,7 @@ GROUPS = {
     },
     "Reference": {
         "docs/environments": ("docs/metaworld", "docs/catalogue", "docs/pictures"),
-        "docs/how-claims-are-checked": ("docs/claims-elsewhere", "docs/readings/README"),
+        "docs/how-claims-are-checked": (),
         "docs/statistics": ("docs/internals",),
         "docs/promises": (),
         "docs/for-reviewers": (),

@@ -39,6 +39,8 @@ DISTINCT = 3
 """Different scores, below which there is none, too."""
 SHOWN = -1.0, 2.0
 """The scores on an axis."""
+COLUMNS = 4
+"""Axes in a row."""
 
 
 def students() -> list[str]:
@@ -67,22 +69,22 @@ def alike(first: NDArray[np.float64], second: NDArray[np.float64]) -> str:
     return f"{spearmanr(first[both], second[both]).statistic:.3f} ({both.sum()})"
 
 
-def table(cards: Sequence[Card], role: str = "student") -> str:
+def table(cards: Sequence[Card]) -> str:
     """The scores in Markdown; empty: not measured."""
     names = [each.name for each in cards[0].lines]
-    lines = [[role, *names], ["---"] * (len(names) + 1)]
+    lines = [["student", *names], ["---"] * (len(names) + 1)]
     for card in cards:
         spec = card.student.replace("|", "\\|")  # in a table
         lines.append([f"`{spec}`", *("" if e.score is None else f"{e.score:.2f}" for e in card.lines)])
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
-def plot(cards: Sequence[Card], columns: int = 4) -> Figure:
+def plot(cards: Sequence[Card]) -> Figure:
     """An axis for each ability, with a dot and an interval for each card."""
     names, rows = [each.name for each in cards[0].lines], range(len(cards))
-    height = -(-len(names) // columns)
+    height = -(-len(names) // COLUMNS)
     figure = Figure(figsize=(13, 1.2 + 0.21 * len(cards) * height), layout="constrained")
-    axes = figure.subplots(height, columns, sharey=True)
+    axes = figure.subplots(height, COLUMNS, sharey=True)
     for ax, name, i in zip(axes.flat, names, range(len(names)), strict=False):
         for row, line in zip(rows, (card.lines[i] for card in cards), strict=True):
             if line.score is None:

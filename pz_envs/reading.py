@@ -1,4 +1,4 @@
-"""Readers of what people and models say to a student, and the claims that their readings state."""
+"""Reading what people and models say to a student by our phrases, and the claims that are stated so."""
 
 import itertools
 import json
@@ -6,31 +6,19 @@ import math
 import re
 import string
 from collections.abc import Container, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cache, lru_cache
 from typing import Any, NamedTuple
 
-from pz_envs.family import own_families
 from pz_envs.subject import Subject
 from teachers.atoms import HN, HP, ActionClaim, Claim, Moment, PlanClaim
-from teachers.near import load_synonyms
-from teachers.reading import LayeredReader, SentenceReading, own_phrases
-from teachers.schema import Vocabulary
+from teachers.reading import Reader, SentenceReading
+from teachers.schema import Vocabulary, names_of
 from teachers.templates import Template
+from teachers.voice import voice_names
 
 MOST_BUILT = 4096
 """The most claims that are tried for a sentence."""
-
-
-@cache
-def known_phrases() -> tuple[tuple[str, str, str], ...]:
-    """The phrases of this distribution's families: family, phrase, and the kind of its claim."""
-    found = []
-    for family in own_families():
-        classes = Vocabulary(family.oracle_class().claims()).classes
-        for name, phrases in own_phrases(family.phrasebook, classes).items():
-            found += [(family.name, phrase, f"{classes[name].kind}") for phrase in phrases]
-    return tuple(found)
 
 
 @dataclass(frozen=True)
@@ -41,21 +29,34 @@ class _Taught:
     subject: Subject = field(hash=False)  # it may have a dictionary
 
 
-def make_reader(subject: Subject, vocabulary: Vocabulary | None = None) -> LayeredReader:
-    """The reader of a subject's sentences; it takes up to two seconds to learn the phrases, once for the same claims.
-
-    Args:
-        subject: what is taught.
-        vocabulary: its claims; None: those of its oracle.
-    """
-    classes = (vocabulary or subject.vocabulary()).classes
-    return _reader(_Taught(subject.name, subject), tuple(classes.items())).anew()
+def make_reader(subject: Subject) -> Reader:
+    """The reader of a subject's phrases, before its first text; the phrases are learnt once a subject."""
+    return _reader(_Taught(subject.name, subject)).anew()
 
 
 @lru_cache(maxsize=16)
-def _reader(taught: _Taught, classes: tuple[tuple[str, type[Claim[Any]]], ...]) -> LayeredReader:
-    others = [(phrase, kind) for family, phrase, kind in known_phrases() if family != taught.name]
-    return LayeredReader(taught.subject.phrasebook, dict(classes), load_synonyms(taught.name), others=others)
+def _reader(taught: _Taught) -> Reader:
+    reader = Reader(taught.subject.phrasebook, voice_names(), fits=_fits)
+    for voice in voice_names():  # now, since threads may share it
+        reader.learn(voice)
+    return reader
+
+
+def _fits(cls: type[Claim[Any]], slots: Mapping[str, str]) -> bool:
+    """Whether the slots of fields that are numbers or of an enumeration hold such."""
+    numbers, names = _kinds_of(cls)  # type: ignore[arg-type]  # a class is hashable
+    texts = {slot: _bare(text) for slot, text in slots.items()}
+    return all(_json(texts[slot]) is not None for slot in numbers & texts.keys()) and all(
+        texts[slot].casefold() in names[slot] for slot in names.keys() & texts.keys()
+    )
+
+
+@cache
+def _kinds_of(cls: type[Claim[Any]]) -> tuple[frozenset[str], Mapping[str, frozenset[str]]]:
+    """The fields that are numbers, and per field that is of an enumeration its names in lower case."""
+    types = {each.name: getattr(each.type, "__origin__", each.type) for each in fields(cls)}  # type: ignore[arg-type]  # a dataclass
+    names = {field: frozenset(map(str.casefold, each)) for field, each in names_of(cls).items()}
+    return frozenset(name for name, kind in types.items() if kind in (int, float)), names
 
 
 class Built(NamedTuple):
@@ -76,17 +77,17 @@ def build_claim(
     truth. A number is taken as it is said: one that is rounded more than in the phrases fits no claim.
 
     Args:
-        reading: a sentence, as `make_reader` reads it.
+        reading: a sentence, as `read_sentences` reads it.
         subject: what is taught.
         vocabulary: that of the moment, which makes the claims and decides which actions there are.
         moment: has the student's last action, for verdicts that leave it out.
     """
     name = next((name for name, cls in vocabulary.classes.items() if cls is reading.claim), "")
     if not name:
-        return Built(None, reading.candidates)
+        return Built(None, ())
     cls, specs = vocabulary.classes[name], _specs(_Taught(subject.name, subject), vocabulary.classes[name])  # type: ignore[arg-type]  # a class is hashable
-    fields = {key: form for key, form in vocabulary.schema_of(name)["properties"].items() if key != "type"}
-    values = {key: [*_values(cls, key, form, reading.slots, specs)] for key, form in fields.items()}
+    forms = {key: form for key, form in vocabulary.schema_of(name)["properties"].items() if key != "type"}
+    values = {key: [*_values(cls, key, form, reading.slots, specs)] for key, form in forms.items()}
     if issubclass(cls, ActionClaim) and cls.kind in (HP, HN) and cls.action_slot not in reading.slots:
         values.pop("action", None)  # it is the student's last
     found: list[Claim[Any]] = []
@@ -164,8 +165,11 @@ def _json(text: str) -> Any:
 @lru_cache(maxsize=1024)
 def _specs(taught: _Taught, cls: type[Claim[Any]]) -> dict[str, tuple[Template, ...]]:
     """Per slot the ways in which the phrases of all voices write it."""
+    every = dict.fromkeys(each for voice in voice_names() for each in taught.subject.phrasebook(voice).templates(cls))
     found: dict[str, dict[str, None]] = {}
-    for phrase in own_phrases(taught.subject.phrasebook, {"": cls})[""]:
+    for phrase in every:
+        if any(other != phrase and other in phrase for other in every):
+            continue  # it only frames another one
         for _, slot, spec, conversion in string.Formatter().parse(phrase):
             if slot is not None:
                 written = "{" + slot + (f"!{conversion}" if conversion else "") + (f":{spec}" if spec else "") + "}"
@@ -177,13 +181,13 @@ def _says(claim: Claim[Any], slots: Mapping[str, str], specs: Mapping[str, tuple
     """Whether the claim's own slots hold these texts."""
     try:
         return all(
-            any(same_value(text, way.format(claim)) for way in specs.get(slot, ())) for slot, text in slots.items()
+            any(_same_value(text, way.format(claim)) for way in specs.get(slot, ())) for slot, text in slots.items()
         )
     except Exception:  # what phrases compute need not be ready for any field
         return False
 
 
-def same_value(one: str, other: str) -> bool:
+def _same_value(one: str, other: str) -> bool:
     """Whether two texts of a slot are the same number or list, or the same words apart from case and quotes."""
     return bool(_value(one) == _value(other))
 

@@ -203,8 +203,6 @@ class Claim(Generic[TruthT, WorldT]):
     """The kind of feedback; None for the parts of an instruction and for notices of the environment."""
     placebo: ClassVar[bool] = False
     """Whether it has nothing to do with the task, though it may be true."""
-    commonplace: ClassVar[str] = ""
-    """Why it is said, though it holds of nearly every action or moment; empty for claims that say something."""
     scope: ClassVar[Scope] = Scope.STATE
     """How far it reaches. A class that does not declare it has that of its base; if that is `STATE`, parts of an
     instruction reach the world, and rewards and hindsight the action."""

@@ -45,7 +45,6 @@ class Reward(Claim[Any]):
     """True if `reward` is what the world paid for the action of this turn."""
 
     kind = R
-    commonplace = "it is what is asked for, and many worlds pay only at the end"
     reward: float
 
     def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
@@ -89,7 +88,6 @@ class TryAgain(_Outcome):
     """True if the task is not solved."""
 
     kind = HN
-    commonplace = "a control, which says nothing but that the task is not solved"
 
 
 @claim
@@ -109,7 +107,6 @@ class Truism(Claim[Any]):
     kind: FeedbackType | None  # type: ignore[misc]  # other claims are filed by their class
     """The kind of the claim that it stands in for: a truism has none of its own."""
     placebo = True
-    commonplace = "a placebo, which has nothing to do with the task"
     fact: str
 
     def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
@@ -193,7 +190,6 @@ class Wrong(_Judged):
     """True if some hindsight on the action of this turn is blame: something was wrong with it."""
 
     kind = HN
-    commonplace = "blame without its content, to measure what the content is worth"
     action: Any
 
     @staticmethod
@@ -385,7 +381,6 @@ class Paid(Claim[Any]):
     """True if the reward for the action of this turn is so: `positive`, `negative` or `zero`."""
 
     kind = R
-    commonplace = Reward.commonplace
     sign: Annotated[str, SIGNS]
 
     def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
@@ -408,7 +403,6 @@ class Chance(Grounded[Any]):
     """True if there is something good to do next: its ground, an advice, holds."""
 
     kind = FP
-    commonplace = "advice without its content, to measure what the content is worth"
 
     def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
         """Check the advice."""
@@ -424,7 +418,6 @@ class Trap(Grounded[Any]):
     """True if there is something to avoid next: its ground, a warning, holds."""
 
     kind = FN
-    commonplace = "a warning without its content, to measure what the content is worth"
 
     def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
         """Check the warning."""
@@ -568,7 +561,6 @@ class Probably(HedgedClaim[Any]):
         ValueError: the probability is not above 0.5 and below 1, or the claim is late or hedged itself.
     """
 
-    commonplace = "a hedge, which many sentences show to be right or wrong, and none alone"
     claim: Claim[Any]
     p: float
 

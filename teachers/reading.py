@@ -1,22 +1,21 @@
-"""Recognition of sentences in a text without atoms: those of the phrasebooks, and those of others, in layers."""
+"""Recognition of the phrasebooks' sentences in a text without atoms, word for word."""
 
 import copy
 import itertools
 import math
 import re
 from bisect import bisect_left
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from operator import itemgetter
 from typing import Any, NamedTuple
 
 from teachers.atoms import ActionClaim, Claim
 from teachers.common import Late, Probably
-from teachers.near import Near, Synonyms
 from teachers.phrasebook import Phrasebook
 from teachers.schema import sentences_of
 from teachers.sentences import Beginnings, Place, Sentence, Text
-from teachers.voice import PLAIN, voice_names
+from teachers.voice import PLAIN
 
 
 class Heard(NamedTuple):
@@ -176,148 +175,85 @@ def _sentence(template: str, frame: bool) -> Sentence:
     return Sentence(template)
 
 
-HEDGE = re.compile(
-    r"\b(?:probably|perhaps|presumably|likely|might(?! as well)|probability|percent)\b|%|^\W*maybe\b|\bmaybe\W*$", re.I
-)
-"""Words of people that hedge a sentence. In others "maybe" may be about a part of it, as in "west, and maybe north"."""
-
-
 class SentenceReading(NamedTuple):
-    """What a sentence of others says, as far as it was read."""
+    """A sentence of others, with the claim that it states if it is word for word a phrase."""
 
     text: str
-    layer: str
-    """`exact`, `near`, or empty if it was not read."""
     claim: type[Claim[Any]] | None
-    """The class of the claim that it states."""
+    """The class of the claim; None: it is not read."""
     slots: dict[str, str]
-    """The text in each slot of the claim's phrases; a verdict on the last action may lack that."""
+    """The text in each slot of the phrase; a verdict on the last action may lack that."""
     about_turn: int | None
     """The turn that it names."""
-    candidates: tuple[str, ...]
-    """If it was not read, the names of the claims that came nearest."""
-    hedged: bool = False
-    """Whether it is not read because it only hedges a claim, so that it is neither true nor false."""
+    hedged: bool
+    """Whether it only hedges the claim, so that it is neither true nor false."""
 
 
-class LayeredReader:
-    """Reads the sentences of people and models, in layers: the phrases of all voices, then what is near them.
+def read_sentences(reader: Reader, text: str) -> list[SentenceReading]:
+    """The readings of a text's sentences, in order; those that are no phrases, too.
 
-    Neither layer knows anything of the world. What is ambiguous is not read.
-
-    Args:
-        phrasebook: returns the phrasebook of a voice.
-        classes: the claims that the near layer reads, by name, as `teachers.schema.Vocabulary` has them.
-        table: synonyms and patterns of the family, from `teachers.near.load_synonyms`.
-        is_action: see `Reader`.
-        others: phrases of other families, from which the near layer learns kinds; see `Near`.
+    A phrase is read if it is a sentence of its own, from its beginning to its end. What stands in quotes is not read,
+    nor the sentences next to one that takes them back.
     """
+    phrases: list[tuple[SentenceReading | None, tuple[int, int]]]
+    phrases = [(None, (0, 0)), *_phrases_in(reader, text), (None, (len(text), len(text)))]
+    gaps = [(at, end) for (_, (_, at)), (_, (end, _)) in itertools.pairwise(phrases)]
+    marks = [mark.start() for gap in gaps for mark in _MARK.finditer(text, *gap)]
 
-    def __init__(
-        self,
-        phrasebook: Callable[[str], Phrasebook],
-        classes: Mapping[str, type[Claim[Any]]],
-        table: Synonyms,
-        is_action: Callable[[str], bool] | None = None,
-        others: Iterable[tuple[str, str]] = (),
-    ) -> None:
-        self._classes = dict(classes)
-        self._names = {cls: name for name, cls in classes.items()}
-        self._near = Near(classes, own_phrases(phrasebook, classes), table, others)
-        self._exact = Reader(phrasebook, voice_names(), is_action, self._fits)
-        for voice in voice_names():  # now, since threads may share it
-            self._exact.learn(voice)
+    def is_quoted(begin: int, said: str) -> bool:
+        first = begin + next(i for i, letter in enumerate(said) if letter.isalnum())
+        i = bisect_left(marks, first)
+        return i % 2 == 1 and i < len(marks) and (marks[i - 1] < begin or marks[i] >= begin + len(said.rstrip(_ENDS)))
 
-    def anew(self) -> "LayeredReader":
-        """The same reader before its first text: the exact layer looks first in the voice that it met last."""
-        other = copy.copy(self)
-        other._exact = self._exact.anew()
-        return other
+    found: list[SentenceReading] = []
+    for (at, end), (reading, _) in zip(gaps, phrases[1:], strict=True):
+        for sentence in sentences_of(text[at:end]):
+            at = text.index(sentence, at)
+            found.append(_unread(sentence) if is_quoted(at, sentence) else _alone(reader, sentence))
+            at += len(sentence)
+        if reading:
+            found.append(_unread(reading.text) if is_quoted(end, reading.text) else reading)
+    for order, before in ((range(len(found))[::-1], True), (range(len(found)), False)):
+        back = False
+        for i in order:
+            if found[i].claim is None:
+                back = bool(_TAKES_BACK.search(found[i].text) or (before and _NOT.search(found[i].text)))
+            elif back:
+                found[i] = _unread(found[i].text)
+    return found
 
-    def read(self, text: str) -> list[SentenceReading]:
-        """The readings of a text's sentences, in order; those that were not read, too.
 
-        What stands in quotes is not read, nor the sentences next to one that takes them back.
-        """
-        phrases: list[tuple[SentenceReading | None, tuple[int, int]]]
-        phrases = [(None, (0, 0)), *self._phrases_in(text), (None, (len(text), len(text)))]
-        gaps = [(at, end) for (_, (_, at)), (_, (end, _)) in itertools.pairwise(phrases)]
-        marks = [mark.start() for gap in gaps for mark in _MARK.finditer(text, *gap)]
+def _phrases_in(reader: Reader, text: str) -> Iterator[tuple[SentenceReading, tuple[int, int]]]:
+    """The phrases in a text that are sentences of their own, and their places."""
+    last = 0
+    for heard in reader.read(text):
+        begin, end = span = heard.framed, heard.span[1]
+        between = text[last:begin].rstrip(" ")
+        if not between or between[-1] == "\n" or between.rstrip(_ENDS[3:])[-1:] in _ENDS[:3]:
+            last = end
+            yield SentenceReading(text[begin:end], heard.claim, heard.slots, heard.about_turn, heard.hedged), span
 
-        def is_quoted(begin: int, said: str) -> bool:
-            first = begin + next(i for i, letter in enumerate(said) if letter.isalnum())
-            i = bisect_left(marks, first)
-            return (
-                i % 2 == 1 and i < len(marks) and (marks[i - 1] < begin or marks[i] >= begin + len(said.rstrip(_ENDS)))
-            )
 
-        found: list[SentenceReading] = []
-        for (at, end), (reading, _) in zip(gaps, phrases[1:], strict=True):
-            for sentence in sentences_of(text[at:end]):
-                at = text.index(sentence, at)
-                found.append(_unread(sentence) if is_quoted(at, sentence) else self._sentence(sentence))
-                at += len(sentence)
-            if reading:
-                found.append(_unread(reading.text) if is_quoted(end, reading.text) else reading)
-        for order, before in ((range(len(found))[::-1], True), (range(len(found)), False)):
-            back = False
-            for i in order:
-                if not found[i].layer:
-                    back = self._near.takes_back(found[i].text, before=before)
-                elif back:
-                    found[i] = _unread(found[i].text)
-        return found
+def _alone(reader: Reader, sentence: str) -> SentenceReading:
+    """The reading of one sentence: as a phrase, if it is the whole of one."""
+    whole = (reading for reading, span in _phrases_in(reader, sentence) if span == (0, len(sentence)))
+    return next(whole, _unread(sentence))
 
-    def _phrases_in(self, text: str) -> Iterator[tuple[SentenceReading, tuple[int, int]]]:
-        """The phrases in a text whose slots hold what they can hold, and their places.
 
-        Each is a sentence of its own, from its beginning to its end.
-        """
-        last = 0
-        for heard in self._exact.read(text):
-            begin, end = span = heard.framed, heard.span[1]
-            between = text[last:begin].rstrip(" ")
-            whole = not between or between[-1] == "\n" or between.rstrip(_ENDS[3:])[-1:] in _ENDS[:3]
-            if whole and self._fits(heard.claim, heard.slots):
-                said, name = text[begin:end], self._names.get(heard.claim, heard.claim.__name__)
-                last = end
-                if heard.hedged:
-                    yield SentenceReading(said, "", None, {}, heard.about_turn, (name,), hedged=True), span
-                else:
-                    yield SentenceReading(said, "exact", heard.claim, heard.slots, heard.about_turn, ()), span
-
-    def _fits(self, claim: type[Claim[Any]], slots: dict[str, str]) -> bool:
-        return self._near.fits(self._names.get(claim, ""), slots)
-
-    def _sentence(self, sentence: str) -> SentenceReading:
-        """The reading of one sentence: as a phrase, if it is the whole of one, else by the near layer."""
-        for reading, span in self._phrases_in(sentence):
-            if span == (0, len(sentence)):
-                return reading
-        hedged = HEDGE.search(re.sub('"[^"]*"', "", sentence))
-        nearest = self._near.read(HEDGE.sub(" ", sentence) if hedged else sentence)
-        if nearest.claim is None:
-            return SentenceReading(sentence, "", None, {}, None, nearest.candidates)
-        if hedged:
-            return SentenceReading(sentence, "", None, {}, None, (nearest.claim,), hedged=True)
-        return SentenceReading(sentence, "near", self._classes[nearest.claim], nearest.slots, None, ())
+def _unread(text: str) -> SentenceReading:
+    return SentenceReading(text, None, {}, None, False)
 
 
 _ENDS = ".!?\"')]\u201d\u2019"  # quotation marks of books close, too
 _OPEN, _CLOSED = "['\u2018]", "['\u2019]"
 _MARK = re.compile(rf'["\u201c\u201d\u201e\u00ab\u00bb]|(?<!\w){_OPEN}(?=\w)|(?<=[.!?,]){_CLOSED}(?!\w)')
-
-
-def _unread(text: str) -> SentenceReading:
-    return SentenceReading(text, "", None, {}, None, ())
-
-
-def own_phrases(
-    phrasebook: Callable[[str], Phrasebook], classes: Mapping[str, type[Claim[Any]]]
-) -> dict[str, list[str]]:
-    """Per claim its phrases in all voices, without those that only frame another one."""
-    found = {}
-    for name, cls in classes.items():
-        every = dict.fromkeys(phrase for voice in voice_names() for phrase in phrasebook(voice).templates(cls))
-        found[name] = [phrase for phrase in every if not any(other != phrase and other in phrase for other in every)]
-    return found
+_NOT = re.compile(r"(?:^|[.,;:!])\s*(?:not|no|never|nothing|none|nowhere|nobody|neither)\W*$", re.I)  # "Go west. Not!"
+_TAKES_BACK = re.compile(
+    r"(?<![\w'])(?:kidding|joking|teasing|jokes?|(?:forget|scratch|strike|ignore) (?:it|that|this|what)|never mind"
+    r"|(?:take|taking|took) (?:it|that|this) back|liars?|lied|lying|lies|untrue|not true|opposite|april fool\w*|psych"
+    r"|gotcha|or not|not listen|not really|disregard|nonsense|rubbish|hoax|made (?:it|that) up|meant the other"
+    r"|far from (?:it|the truth)|on second thoughts?|correction|wait, no|(?:did not|didn't) mean|not serious|not trust"
+    r")(?!\w)",
+    re.I,
+)
+"""Words of a sentence that takes back those beside it. That only keeps sentences from being read."""

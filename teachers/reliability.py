@@ -26,20 +26,19 @@ class Bin(NamedTuple):
     """Share of them that hold."""
 
 
-def share_of_clusters(clusters: Iterable[tuple[int, int]], level: float = 0.95) -> tuple[float, float]:
-    """An interval of a share, as of a survey's: what lies in a cluster, such as an episode, may be alike.
+def share_of_clusters(clusters: Iterable[tuple[int, int]]) -> tuple[float, float]:
+    """A 95 % interval of a share, as of a survey's: what lies in a cluster, such as an episode, may be alike.
 
     It is that of Clopper and Pearson for as many independent sentences as would vary as much (Korn and Graubard
     1998); where all of them are such or none is, for one sentence a cluster.
 
     Args:
         clusters: the number of sentences of each, and how many of these are such; there must be a sentence.
-        level: confidence level.
     """
     from scipy.stats import beta, t
 
     sizes = [each for each in clusters if each[0]]
-    n, m, tail = sum(size for size, _ in sizes), len(sizes), (1 - level) / 2
+    n, m, tail = sum(size for size, _ in sizes), len(sizes), 0.025
     share = sum(such for _, such in sizes) / n
     spread = math.fsum((such - share * size) ** 2 for size, such in sizes) * m / max(m - 1, 1) / n**2
     if m > 1 and spread > 1e-12:

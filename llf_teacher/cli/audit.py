@@ -10,7 +10,6 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from fnmatch import fnmatchcase
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -21,11 +20,9 @@ from rich.table import Table
 
 from llf_teacher import cli
 from llf_teacher.cli import print_missing, read_options, search_here
-from llf_teacher.escaping import escape_control_chars
 
 if TYPE_CHECKING:
     from llf_teacher.tools.audit import Audit
-    from llf_teacher.tools.transcript import TranscriptAudit
     from teachers.information import Gain
     from teachers.voice import Voice
 
@@ -40,7 +37,7 @@ def audit(
         list[str] | None,
         typer.Argument(
             metavar="ID",
-            help="Environments, or patterns such as 'llf-poem-*'; by default all. Or one FILE.jsonl: a transcript.",
+            help="Environments, or patterns such as 'llf-poem-*'; by default all.",
         ),
     ] = None,
     teacher: Annotated[
@@ -60,7 +57,7 @@ def audit(
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
     by_family: Annotated[bool, typer.Option("--by-family", help="Print one row for each family.")] = False,
     by_claim: Annotated[
-        bool, typer.Option("--by-claim", help="Print how often claims of each class would hold elsewhere.")
+        bool, typer.Option("--by-claim", help="Print one row for each class of claims; needs --bits.")
     ] = False,
     bits: Annotated[
         int,
@@ -70,13 +67,6 @@ def audit(
             help="Measure how much claims say after a basic instruction, by so many worlds, such as 256.",
         ),
     ] = 0,
-    reader: Annotated[
-        str | None,
-        typer.Option(
-            help="What reads a transcript's sentences that are not near the phrases: llm_reader(model=...), or "
-            "module:function."
-        ),
-    ] = None,
     option: Annotated[
         list[str] | None,
         typer.Option(help="Option of the environments' worlds, as NAME=VALUE; repeat it for several."),
@@ -86,16 +76,9 @@ def audit(
 
     The exit status is 1 if a teacher that promises honesty makes a false claim or contradicts itself, or if feedback
     that was not asked for leaks.
-
-    A transcript from elsewhere, FILE.jsonl, is played again, and its sentences are read and checked;
-    docs/how-claims-are-checked.md has its form. The exit status is 2 if a line stops this; what was found before is
-    shown.
     """
-    if any(id.endswith(".jsonl") for id in ids or ()):
-        _transcript(ids or [], as_json, reader)
-        return
-    if reader is not None:
-        raise ValueError("--reader reads a transcript; give FILE.jsonl, or leave it out")
+    if by_claim and not bits:
+        raise ValueError("--by-claim prints how much the claims of each class say; give --bits too, as in --bits 256")
     from llf_teacher import registry
     from teachers.personality import PERSONALITIES, parse_personality
 
@@ -144,62 +127,6 @@ def audit(
             _print_claims(found)
     if any(each.caught for each in found):
         raise typer.Exit(1)
-
-
-def _transcript(paths: list[str], as_json: bool, reader: str | None) -> None:
-    """Print what the sentences of a transcript are: how they were read, which are false, and the share of these."""
-    from llf_teacher.speakers.parsing import NEAR, parse_reader
-    from llf_teacher.tools.transcript import audit_transcript
-
-    if len(paths) > 1:
-        raise ValueError(f"a transcript must be given alone, got {', '.join(paths)}; audit the others by themselves")
-    search_here()  # for `module:function`
-    model = parse_reader(reader or NEAR)
-    if hasattr(model, "check"):
-        model.check(os.environ)
-    try:
-        found = audit_transcript(Path(paths[0]), model)
-    except OSError as error:
-        raise ValueError(f"cannot read {paths[0]}: {error.strerror}") from None
-    if as_json:
-        print(json.dumps(found.as_dict(), indent=2))  # noqa: T201
-    else:
-        _print_transcript(found)
-    if found.problem:
-        raise ValueError(f"{found.problem}; from there on nothing is judged")
-
-
-def _print_transcript(found: "TranscriptAudit") -> None:
-    from llf_teacher.tools.transcript import LAYERS
-    from pz_envs.checking import MODEL, READ, READ_RIGHT
-
-    table = Table("layer", "sentences", "true", "false", box=None, padding=(0, 2, 0, 0))
-    for layer in LAYERS:
-        table.add_row(layer, *(f"{found.count(layer, holds=holds)}" for holds in (None, True, False)))
-    console = Console(emoji=False, highlight=False)
-    console.print(table)
-    for each in found.sentences:
-        if (said := each.checked).holds is False:
-            text = escape_control_chars(f"line {each.line}, turn {each.turn}: {said.text}\n  {said.claim}")
-            console.print(text, style="red", markup=False, soft_wrap=True)
-    for sentence, outcome, number in found.unread:
-        text = escape_control_chars(f"{outcome} ({number}): {sentence:.200}")
-        console.print(text, style="yellow", markup=False, soft_wrap=True)
-    if found.failures:
-        lines = ", ".join(map(str, found.failures))
-        console.print(f"No action, but a turn: what the student did in line {lines}.", soft_wrap=True)
-    if (share := found.share) is not None:
-        console.print(
-            f"False: {share[0]:.0%} of what was read without a model; with the errors of the reader, of which "
-            f"{READ_RIGHT} of {READ} readings were right, between {share[1]:.0%} and {share[2]:.0%} (95 %).",
-            soft_wrap=True,
-        )
-    if by_model := found.count(MODEL):
-        console.print(
-            f"False: {found.count(MODEL, holds=False)} of the {by_model} that the model read; how often it errs is not "
-            "known, so that there is no interval.",
-            soft_wrap=True,
-        )
 
 
 def _matching(patterns: list[str], names: Iterable[str], other: Callable[[str], str]) -> list[str]:
@@ -269,7 +196,6 @@ def _print_families(found: list["Audit"]) -> None:
         "claims",
         "false",
         "contradictions",
-        "elsewhere",
         *liars,
     ):
         table.add_column(column, justify="left" if column == "family" else "right")
@@ -291,35 +217,26 @@ def _print_families(found: list["Audit"]) -> None:
             f"{sum(each.checked for each in honest):,}",
             f"{sum(each.count(Label.DISTORTED) for each in honest):,}",
             f"{sum(each.contradictions for each in honest):,}",
-            _share_elsewhere(oracles),
             *(_share_false([each for each in audits if each.teacher == liar]) for liar in liars),
         )
     Console(emoji=False, width=200).print(table)
 
 
 def _print_claims(found: list["Audit"]) -> None:
-    """Print a row for each claim class of a family: how often its claims hold elsewhere, and why they are said."""
+    """Print a row for each claim class of a family: how much its claims say."""
     from llf_teacher.registry import entry
-    from llf_teacher.tools.elsewhere import Elsewhere
     from teachers.information import Gain
 
-    measured = any(each.gains for each in found)
-    numbers = ["another action", "another moment", *(["measured", *_GAINS] if measured else [])]
     table = Table(box=None, padding=(0, 2, 0, 0))
-    for column in ("family", "claim", *numbers, "says little, because"):
-        table.add_column(column, justify="right" if column in numbers else "left")
-    together: dict[tuple[str, str], Elsewhere] = {}
+    for column in ("family", "claim", "measured", *_GAINS):
+        table.add_column(column, justify="left" if column in ("family", "claim") else "right")
     gains: dict[tuple[str, str], Gain] = {}
     for each in found:
-        for name, places in each.elsewhere.items():
+        for name, gain in each.gains.items():
             key = entry(each.id).family.name, name.rpartition(".")[2]
-            together[key] = places + together.get(key, Elsewhere())
-            gains[key] = each.gains.get(name, Gain()) + gains.get(key, Gain())
-    for (family, name), places in sorted(together.items()):
-        shares = ("" if share is None else f"{share:.0%}" for share in places.shares)
-        gain = gains[family, name]
-        said = [f"{gain.claims:,}", *_gains(gain, gain.claims)] if measured else []
-        table.add_row(escape(family), name, *shares, *said, places.commonplace or "NO REASON" * places.empty)
+            gains[key] = gain + gains.get(key, Gain())
+    for (family, name), gain in sorted(gains.items()):
+        table.add_row(escape(family), name, f"{gain.claims:,}", *_gains(gain, gain.claims))
     Console(emoji=False, width=200).print(table)
 
 
@@ -348,13 +265,6 @@ def _share_false(audits: list["Audit"]) -> str:
 
     said = sum(number for each in audits for (kind, _), number in each.claims.items() if kind is not None)
     return f"{sum(each.count(Label.DISTORTED) for each in audits):,} of {said:,}"
-
-
-def _share_elsewhere(audits: list["Audit"]) -> str:
-    """The share of other moments in which claims of feedback hold."""
-    places = [each for audit in audits for each in audit.elsewhere.values()]
-    moments = sum(each.moments for each in places)
-    return f"{sum(each.held_moments for each in places) / moments:.0%}" if moments else ""
 
 
 def _print(found: list["Audit"]) -> None:

@@ -1,4 +1,4 @@
-"""`llf suite`: what a student can do with feedback, or what a teacher is worth, as a card."""
+"""`llf suite`: what a student can do with feedback, as a card."""
 
 import os
 import warnings
@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from llf_teacher.cli import Commands, complete_student, complete_teacher, errors, search_here
+from llf_teacher.cli import Commands, complete_student, errors, search_here
 from llf_teacher.escaping import escape_control_chars
 from llf_teacher.models.settings import BUDGET
 
@@ -19,7 +19,7 @@ STORE = Path("llf-suite.db")
 def add_to(app: typer.Typer) -> None:
     """Add the group and its commands."""
     group = typer.Typer(
-        help="Take the suite: `llf suite --student SPEC`, or `--teacher SPEC`, writes a card of scores.",
+        help="Take the suite: `llf suite --student SPEC` writes a card of scores.",
         cls=Commands,
         invoke_without_command=True,
     )
@@ -35,19 +35,12 @@ def suite(
         str | None,
         typer.Option(help="Spec of a student, or `module:factory` of your agent.", autocompletion=complete_student),
     ] = None,
-    teacher: Annotated[
-        str | None,
-        typer.Option(help="Spec of a teacher, or `module:Class` of yours.", autocompletion=complete_teacher),
-    ] = None,
     card: Annotated[
         list[Path] | None, typer.Option(help="File to write: .json, .md, .svg or .html; repeat it for several.")
     ] = None,
-    only: Annotated[
-        list[str] | None, typer.Option(help="Experiment, or quality of a teacher, to take; repeat it for several.")
-    ] = None,
+    only: Annotated[list[str] | None, typer.Option(help="Experiment to take; repeat it for several.")] = None,
     quick: Annotated[
-        bool,
-        typer.Option("--quick", help="Take the four experiments that tell most, with fewer seeds; of a teacher all."),
+        bool, typer.Option("--quick", help="Take the four experiments that tell most, with fewer seeds.")
     ] = False,
     key: Annotated[str, typer.Option(help="Text from which other seeds are drawn.")] = "",
     store: Annotated[Path, typer.Option(help="SQLite file for the episodes; an interrupted suite is resumed.")] = STORE,
@@ -62,19 +55,16 @@ def suite(
     """Take the suite: score what a student does with feedback, one ability an experiment.
 
     A score is what a student saves in regret beside a control, in the unit of a reference: 0 if it takes no notice.
-    Of a teacher it is what shows in lessons of known students, such as truth, news, or the regret that a word saves.
     """
     if context.invoked_subcommand is not None:
         return
-    if student is not None and teacher is not None:
-        raise typer.BadParameter("got --student and --teacher; give one of them, and take the other in a second run")
-    if student is None and teacher is None:
-        raise typer.BadParameter("give --student SPEC, such as --student obedient, --teacher SPEC, or check or compare")
+    if student is None:
+        raise typer.BadParameter("give --student SPEC, such as --student obedient, or check or compare")
     from llf_teacher.studies.execution.progress import StudyProgress
     from llf_teacher.studies.execution.runner import StudyError
-    from llf_teacher.suite import mirror, take
+    from llf_teacher.suite import take
     from llf_teacher.suite.card import FINDS, check_file
-    from llf_teacher.suite.estimate import estimate, estimate_teacher
+    from llf_teacher.suite.estimate import estimate
 
     search_here()
     if budget is not None:
@@ -82,17 +72,14 @@ def suite(
     for path in card or ():
         check_file(path)
     console = Console(emoji=False, stderr=True, markup=False)
-    subject = student or teacher or ""
-    role, before = ("student", estimate) if teacher is None else ("teacher", estimate_teacher)
-    console.print(f"The {role} plays {before(subject, only or (), quick, key)}, less what {store} has already,")
+    console.print(f"The student plays {estimate(student, only or (), quick, key)}, less what {store} has already,")
     console.print("and the references, whose scores are the units, play as well.")
-    if store.exists() and ":" in subject:
+    if store.exists() and ":" in student:
         console.print("If your code has changed since, give another --store: episodes are known by their spec.")
     with StudyProgress(console) as progress, warnings.catch_warnings():
         warnings.filterwarnings("ignore", message=r"\d+ of \d+ episodes failed")  # the card says it
-        play = take if teacher is None else mirror.take
         try:
-            found = play(subject, store, only or (), quick, key, workers, progress, turn_seconds)
+            found = take(student, store, only or (), quick, key, workers, progress, turn_seconds)
         except StudyError as error:
             errors.print(escape_control_chars(f"{error.trace}llf: {error}"))
             errors.print(f"The episodes so far are in {store}; the next run goes on from there.")

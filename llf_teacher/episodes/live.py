@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from llf_teacher.episodes.record import TurnRow
 from llf_teacher.episodes.recorder import Recorder
 from llf_teacher.registry import Entry
-from llf_teacher.speakers.parsing import NEAR
+from llf_teacher.speakers.parsing import PHRASES
 from llf_teacher.students.student import Student
 from pz_envs.assembly import assemble
 from pz_envs.frames import EpisodeRenderer
@@ -83,7 +83,7 @@ class LiveLesson:
         self._recorder = Recorder(self.family.name, self.view)
         self._recorder.measure(self.family, seed, worlds)
         if TEACHER in people and settings.speech == "message":
-            self._recorder.read(self.family, NEAR)
+            self._recorder.read(self.family, PHRASES)
         self.moves: list[tuple[str, Any]] = []
         """The seat of each move, and the move."""
         self.undone = 0

@@ -49,7 +49,7 @@ class EpisodeSpec(NamedTuple):
     """Options of the environment, as JSON, beside those of its id; empty: none."""
     draws: int = 0
     """Number of worlds by which it is measured how much each claim says; 0: it is not. The lesson is the same."""
-    reader: str = "near"
+    reader: str = "exact"
     """What reads a teacher's own words, see `llf_teacher.speakers.parsing.parse_reader`. The lesson is the same."""
 
     @property
@@ -175,10 +175,8 @@ class EpisodeRow(NamedTuple):
     """Number of sentences in the teacher's own words that the phrases read, and whose claim was checked; null, as all
     of `READINGS`, if there was nothing to read, or it was not to be read.
     """
-    read_near: int | None = None
-    """Likewise by what is near the phrases."""
     read_false: int | None = None
-    """Number of both whose claim is false."""
+    """Number of these whose claim is false."""
     read_model: int | None = None
     """Likewise by a model."""
     model_false: int | None = None
@@ -221,7 +219,7 @@ class Record(NamedTuple):
     turns: tuple[TurnRow, ...]
 
 
-READINGS = ("read_exact", "read_near", "read_false", "read_model", "model_false", "unread")
+READINGS = ("read_exact", "read_false", "read_model", "model_false", "unread")
 """Columns of what was read of a teacher's own words."""
 
 
@@ -337,8 +335,7 @@ def _readings(rows: Sequence[TurnRow]) -> dict[str, Any]:
     )
     return {
         "read_exact": layers["exact"],
-        "read_near": layers["near"],
-        "read_false": false["exact"] + false["near"],
+        "read_false": false["exact"],
         "read_model": layers["model"],
         "model_false": false["model"],
         "unread": len(read) - layers.total(),

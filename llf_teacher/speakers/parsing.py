@@ -17,8 +17,8 @@ SPEAKERS = {
 }
 """The classes of the speakers and wordings that come with the package, by their names in specs."""
 
-NOBODY, NEAR, READER = "none", "near", "llm_reader"
-"""The readers of own words: none, the phrases and what is near them, and behind these a model."""
+NOBODY, PHRASES, READER = "none", "exact", "llm_reader"
+"""The readers of own words: none, our phrases word for word, and behind these a model."""
 
 
 def make_speaker(call: SpecCall, *, last: bool) -> Speaker | Wording | None:
@@ -69,16 +69,16 @@ def speaks_freely(teacher: Any) -> bool:
 
 
 def parse_reader(reader: Any) -> Any:
-    """The last layer that the spec of a reader names, as `pz_envs.checking.Model` has it; None for `none` and `near`.
+    """What reads sentences that are no phrases, as `pz_envs.checking.Model` has it; None for `none` and `exact`.
 
     It is `llm_reader(...)`, or a function of the user's own, as in `module:function`.
 
     Raises:
         ValueError: there is no such reader.
     """
-    if reader in (NOBODY, NEAR):
+    if reader in (NOBODY, PHRASES):
         return None
-    allowed = f"{NOBODY}, {NEAR}, {READER}(model=...) or module:function"
+    allowed = f"{NOBODY}, {PHRASES}, {READER}(model=...) or module:function"
     call, *more = parse_calls("reader", f"{reader}", allowed, prefixes=1)
     if call.name == READER and not (call.prefix or more):
         from llf_teacher.speakers.llm_reader import LLMReader

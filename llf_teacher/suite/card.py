@@ -9,7 +9,7 @@ import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, is_dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar, Self, get_args, get_origin, get_type_hints
+from typing import Any, Self, get_args, get_origin, get_type_hints
 
 import llf_teacher
 from llf_teacher.escaping import escape_control_chars
@@ -80,12 +80,8 @@ class Card:
     failures: int
     """Episodes that failed."""
     error: str
-    """The reason of the first of these, and the line of the student's or teacher's code."""
+    """The reason of the first of these, and the line of the student's code."""
     versions: Mapping[str, str]
-
-    role: ClassVar[str] = "student"
-    about: ClassVar[str] = "what it can do with feedback"
-    scored: ClassVar[str] = "ability"
 
     @classmethod
     def of(
@@ -101,7 +97,7 @@ class Card:
 
         Settings are `suite`, `digest`, `key` and `quick`.
         """
-        played, failed = ([row for row in each if row[cls.role] == student] for each in (rows, lost))
+        played, failed = ([row for row in each if row["student"] == student] for each in (rows, lost))
         cost = {name: math.fsum(row.get(name) or 0 for row in played) for name in _COUNTED}
         found = list(scores.values())
         tests = sum(each.score is not None for each in found)
@@ -139,9 +135,9 @@ class Card:
         shown = [each for each in plain if (each.above if each.alike is None else each.alike)]
         # to be alike proves less: lessons that a student does not hear are alike
         best = min(shown, key=lambda each: (each.alike is not None, -(each.low or 0)), default=None)
-        none = f"No {self.scored} differs significantly from none."
+        none = "No ability differs significantly from none."
         in_part = " in part" * (best is not None and (best.score or 0) < 0.5)
-        said = [f"The {self.role} {best.ability}{in_part}: {best.words}." if best else none]
+        said = [f"The student {best.ability}{in_part}: {best.words}." if best else none]
         said += [f"Whether it {each.ability} was not shown: it {each.note}." for each in noted]
         less = [each for each in plain if each.high is not None and each.high < 0.5]
         lacking = sorted(less, key=lambda each: each.high or 0)
@@ -181,7 +177,7 @@ class Card:
 
     def table(self) -> list[list[str]]:
         """The lines as text, below a line of heads; what is beside silence is left out where nothing is."""
-        rows = [[self.scored, "score", "p", "finds", "beside silence", "by environment"]]
+        rows = [["ability", "score", "p", "finds", "beside silence", "by environment"]]
         for each in self.lines:
             places = ", ".join(f"{place} {value:.2f}" for place, value in each.places.items())
             silence = f"{each.silence.words}, p {each.silence.chance}" if each.silence else ""
@@ -224,9 +220,9 @@ class Card:
         for row, each in zip(rows, self.lines, strict=True):
             if each.score is not None:
                 low, high = (math.nan if end is None else end for end in (each.low, each.high))
-                dots[row, self.role] = Estimate(each.score, low, high, each.seeds)
+                dots[row, "student"] = Estimate(each.score, low, high, each.seeds)
         with style.context(STYLE):
-            figure = panel_plot([Pane(f"{self.student:.70}", scale, dots)], rows, [self.role], "score")
+            figure = panel_plot([Pane(f"{self.student:.70}", scale, dots)], rows, ["student"], "score")
             figure.axes[0].axvline(1, color="0.5", linestyle=":", zorder=0)
             figure.savefig(file, format="svg", metadata={"Date": None})
         return file.getvalue()

@@ -1,6 +1,5 @@
 """Cards of this release, and two beside each other: the difference of each ability's scores, by what the cards hold."""
 
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -8,9 +7,9 @@ from pathlib import Path
 from scipy import stats
 
 from llf_teacher.studies.analysis.statistics import LEVEL
-from llf_teacher.suite import mirror, play
+from llf_teacher.suite import play
 from llf_teacher.suite.card import AbilityLine, Card, CardError, adjusted
-from llf_teacher.suite.experiment import Experiment, all_experiments
+from llf_teacher.suite.experiment import all_experiments
 from teachers.spec import unknown
 
 
@@ -22,24 +21,20 @@ class CardDifference(AbilityLine):
 
 
 def check(path: Path | str) -> Card:
-    """The card in a file, if it is whole, of this version of the suite or the mirror, and of its abilities alone.
+    """The card in a file, if it is whole, of this version of the suite, and of its abilities alone.
 
     Raises:
         CardError: it is none, was changed, or is of something else.
     """
     card = Card.load(path)
-    known: dict[str, tuple[Callable[[], str], Mapping[str, Experiment | mirror.Quality]]] = {
-        play.VERSION: (play.digest, all_experiments()),
-        mirror.VERSION: (mirror.digest, mirror.all_qualities()),
-    }
-    if card.suite not in known:
-        raise CardError(f"{path}: {unknown('suite', card.suite, known)}")
-    digest, there = known[card.suite]
-    if card.digest != digest():
+    if card.suite != play.VERSION:
+        raise CardError(f"{path}: {unknown('suite', card.suite, [play.VERSION])}")
+    if card.digest != play.digest():
         raise CardError(
-            f"{path} has the digest {card.digest}, this release {digest()}: cannot be compared; take the suite again"
+            f"{path} has the digest {card.digest}, this release {play.digest()}: cannot be compared; take the suite "
+            "again"
         )
-    lines = [f"{name}: {each.ability}" for name, each in there.items()]
+    lines = [f"{name}: {each.ability}" for name, each in all_experiments().items()]
     if odd := [line for each in card.lines if (line := f"{each.name}: {each.ability}") not in lines]:
         raise CardError(f"{path}: {unknown('line', odd[0], lines)}")
     return card
@@ -53,13 +48,9 @@ def compare(first: Path | str, second: Path | str) -> list[CardDifference]:
     Where neither score varies, `p` is the least that flips of signs over the fewer seeds can give.
 
     Raises:
-        CardError: a file is no card of this release, one is a student's and one a teacher's, only one is quick, or they
-            have no ability in common.
+        CardError: a file is no card of this release, only one is quick, or they have no ability in common.
     """
     cards = check(first), check(second)
-    if cards[0].suite != cards[1].suite:
-        both = f"{first} is of {cards[0].suite}, {second} of {cards[1].suite}"
-        raise CardError(f"{both}: one is a student's card, one a teacher's; compare two of a kind")
     if cards[0].quick != cards[1].quick:
         quick, full = (first, second) if cards[0].quick else (second, first)
         raise CardError(f"{quick} is of the quick suite, {full} is not: their scores cannot be compared")

@@ -5,7 +5,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +32,6 @@ QUICK = ("advice", "hints", "silence", "turncoat")
 """The experiments of `quick`, whose references' contrasts exceed their noise most; each is played with bandits."""
 FIRST_SEED = 500_000
 """First seed of the suite without a key."""
-T = TypeVar("T")
 
 
 def digest() -> str:
@@ -56,17 +55,9 @@ def chosen(names: Sequence[str] = (), quick: bool = False) -> dict[str, Experime
     """
     if quick and not names:
         return {name: replace(all_experiments()[name], ids=(ARMS,)) for name in QUICK}
-    return named("experiment", names, all_experiments())
-
-
-def named(what: str, names: Sequence[str], there: Mapping[str, T]) -> dict[str, T]:
-    """Those of these names, in the order of all; without names all.
-
-    Raises:
-        ValueError: an unknown name of `what`.
-    """
+    there = all_experiments()
     if odd := [name for name in names if name not in there]:
-        raise ValueError(unknown(what, odd[0], there))
+        raise ValueError(unknown("experiment", odd[0], there))
     return {name: each for name, each in there.items() if name in (names or there)}
 
 
@@ -161,14 +152,12 @@ def played(
     workers: int | None,
     progress: Callable[[int, int], None] | None,
     turn_seconds: float | None,
-    most: float = math.inf,
 ) -> tuple[list[Mapping[str, Any]], list[Mapping[str, Any]]]:
     """Play what the store lacks of the studies, and give the rows of their episodes and of those that failed.
 
-    The arguments are those of `take`, and the progress is that of all studies. After `most` failures no other study
-    begins, and the first ends the study that plays.
+    The arguments are those of `take`, and the progress is that of all studies.
     """
-    options = RunOptions(limits=Limits(turn_seconds=turn_seconds), retry_failed=True, fail_fast=math.isfinite(most))
+    options = RunOptions(limits=Limits(turn_seconds=turn_seconds), retry_failed=True)
     each_keys = [(study, {each.key for each in study.episodes()}) for study in studies]
     total, done = sum(len(own) for _, own in each_keys), 0
     lost: list[Mapping[str, Any]] = []
@@ -181,8 +170,6 @@ def played(
         with run(study, store, workers, show, options) as results:
             lost += [each for each in results.failures() if each["key"] in own]
         done += len(own)
-        if len(lost) >= most:
-            break
     keys = set[str]().union(*(own for _, own in each_keys))
     with load(store) as results:
         return [row for row in results.rows() if row["key"] in keys], lost

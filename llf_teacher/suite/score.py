@@ -65,7 +65,7 @@ def _positive(saved: Numbers) -> bool:
 
 @dataclass(frozen=True, kw_only=True)
 class Score:
-    """The score of a student in an experiment, or of a teacher in a quality."""
+    """The score of a student in an experiment."""
 
     score: float | None = None
     """1: as the reference; 0: no notice is taken; it can be beyond both. None if it was not measured."""

@@ -44,13 +44,14 @@ def read_sentence(reading: Mapping[str, Any], turn: int, family: str) -> dict[st
     said = {name: reading[name] for name in ("kind", "text")}
     if reading["claim"] is None:
         label = Label.HEDGED if reading["outcome"] == "hedged" else Label.UNCHECKED
-        near = ", ".join(reading["candidates"])
-        what = "is no single claim" if reading["outcome"] == "unbuilt" else "not read"
-        return said | {"label": label, "code": "", "note": f"{what}; nearest: {near}" if near else what}
+        why = ", ".join(reading["candidates"])
+        what = {"unbuilt": "is no single claim", "hedged": "hedges"}.get(reading["outcome"], "not read")
+        return said | {"label": label, "code": "", "note": f"{what}: {why}" if why else what}
     late = reading["about_turn"] != turn
     label = Label.DISTORTED if reading["holds"] is False else Label.LATE if late else Label.TRUTHFUL
     code = claim_code(reading, family) + (f" of turn {reading['about_turn']}" if late else "")
-    return said | {"label": label, "code": code, "note": f"read by the layer {reading['layer']}"}
+    note = "read by a model" if reading["layer"] == "model" else "read word for word"
+    return said | {"label": label, "code": code, "note": note}
 
 
 def claim_code(claim: Mapping[str, Any], family: str) -> str:

@@ -15,7 +15,6 @@ from llf_teacher.gym import StudentEnv
 from llf_teacher.registry import entry
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import Policy
-from llf_teacher.tools.elsewhere import Elsewhere, Places
 from pz_envs.settings import Settings
 from pz_envs.subject import Subject
 from teachers.atoms import (
@@ -98,8 +97,6 @@ class Audit:
     """How much the claims of feedback said, by the name of their class, if it was measured."""
     measured: int = 0
     """Number of turns in which that was measured."""
-    elsewhere: dict[str, Elsewhere] = field(default_factory=dict)
-    """In how many other places the claims of feedback hold, by the name of their class."""
     examples: list[Finding] = field(default_factory=list)
     """The first falsehoods, leaks and contradictions."""
     changes: int = 0
@@ -154,10 +151,6 @@ class Audit:
             "leaks": self.leaks,
             "contradictions": self.contradictions,
             "hedges": self.hedges.as_dict(),
-            "elsewhere": {
-                name: dict(zip(("action", "moment"), each.shares, strict=True))
-                for name, each in sorted(self.elsewhere.items())
-            },
             "information": {
                 "turns": self.measured,
                 "claims": {name: gain._asdict() for name, gain in sorted(self.gains.items())},
@@ -209,7 +202,6 @@ def audit(
     if worlds or POSTERIOR in getattr(teacher, "needs", ()):
         settings = {**family.posterior_needs, **settings}
     found = Audit(family.name if isinstance(id, Subject) else entry(id).id, name, getattr(teacher, "honest", True))
-    places = Places(family.name, np.random.default_rng(0))
     options = {name: value for name, value in settings.items() if name in family.options()}
     taught = family.for_lesson(Settings(options=options, max_turns=settings.get("max_turns")))
     types = tuple(
@@ -237,14 +229,13 @@ def audit(
                 other = StudentEnv(id, teacher=teacher, **given | {"instruction_type": "b"} | episode.options)
                 if type_ in other.session.teacher.oracle.instruction_types:  # with other options it may have others
                     other.session.teacher.instruction_type = type_
-                    _watch(found, other, student.seat(other.family, other.session.world), episode, places, worlds)
+                    _watch(found, other, student.seat(other.family, other.session.world), episode, worlds)
                 other.close()
             else:
-                _watch(found, env, policy, episode, places, worlds)
+                _watch(found, env, policy, episode, worlds)
             if progress:
                 progress(found.turns)
         env.close()
-    found.elsewhere = places.found
     return found
 
 
@@ -267,15 +258,14 @@ def _varied(episode: _Episode, world: World[Any], given: Collection[str], rng: n
     return episode._replace(options=options, reset=world.draw_reset(rng))
 
 
-def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episode, places: Places, worlds: int) -> None:
-    """Play an episode, check its claims here and elsewhere, and add what that shows to the result."""
+def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episode, worlds: int) -> None:
+    """Play an episode, check its claims, and add what that shows to the result."""
     teacher = env.teacher
     promise = teacher.personality if isinstance(teacher, Teacher) else teacher
     reveals = getattr(promise, "reveals", True)
     offered: Counter[tuple[Claim[Any], int]] = Counter()
     said: Counter[tuple[Claim[Any], int]] = Counter()
     moments: list[Moment[Any]] = []
-    feedback: dict[int, list[Claim[Any]]] = {}
     hedges: list[tuple[float, bool]] = []
     oracle: Oracle[Any, Any] | None = None  # made where a claim rests on others
     found.episodes += 1
@@ -312,8 +302,6 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episod
             found.claims[kind, label] += 1
             if label is Label.HEDGED:
                 hedges.append((confidence(atom.claim), recorder.holds(atom, label)))
-            elif kind is not None and label is not Label.DISTORTED:
-                feedback.setdefault(atom.about_turn, []).append(atom.claim)
             found.students[str(student.spec)] += 1
             found.falsehoods[str(student.spec)] += label is Label.DISTORTED
             names = isinstance(unhedged(atom.claim), ActionClaim | PlanClaim | EditClaim)
@@ -327,8 +315,6 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episod
             if found.honest:
                 _add_example(found, "contradiction", pair, where)
     found.hedges.add(hedges)
-    if feedback:
-        places.add(env.family.make_teacher(env.session.world.scratch()).oracle, moments, feedback)
     found.withheld.update(claim.kind for claim, _ in (offered - said).elements())
 
 

@@ -165,7 +165,6 @@ class Among(Claim[Truth, Bandit]):
 
     kind = FP
     scope = Scope.WORLD
-    commonplace = "arms stay the same from episode to episode, so that it stays true"
     low: int
     high: int
 

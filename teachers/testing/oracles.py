@@ -124,7 +124,7 @@ def check_clues(pupil: Pupil) -> None:
                 require(clue.kind in allowed, f"the clue {clue} is of kind {clue.kind}; allowed: {sorted(allowed)}")
                 names = isinstance(clue, ActionClaim | PlanClaim | EditClaim)
                 require(not names, f"the clue {clue} names an action; `judge` gives advice")
-                require(not clue.placebo and not clue.commonplace, f"the clue {clue} says nothing of the task")
+                require(not clue.placebo, f"the clue {clue} says nothing of the task")
                 require(clue.holds(moment, lab), f"the clue {clue} does not hold of {moment}")
                 require(clue.means(moment, oracle), f"the clue {clue} holds, but not by its fields alone, of {moment}")
                 voice.words(clue)

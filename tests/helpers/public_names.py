@@ -22,7 +22,6 @@ MODULES = """
     llf_teacher.studies.analysis.time_to_success
     llf_teacher.studies.definition.study llf_teacher.studies.execution.limits llf_teacher.studies.execution.play
     llf_teacher.studies.execution.runner llf_teacher.studies.export llf_teacher.studies.store llf_teacher.testing
-    llf_teacher.tools.transcript
     pz_envs.assembly pz_envs.family pz_envs.learning pz_envs.lesson pz_envs.parallel_seats pz_envs.rewards
     pz_envs.seatings.classroom pz_envs.seatings.panel pz_envs.seatings.tutoring pz_envs.settings
     pz_envs.student_view pz_envs.teacher_view pz_envs.testing

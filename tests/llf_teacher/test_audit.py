@@ -68,26 +68,6 @@ def test_contradictions_are_counted_and_shown():
     )
 
 
-@sampled(lambda id, teacher: {id, teacher})
-@pytest.mark.parametrize("teacher", ["oracle", "vague(q=1)", "placebo"])
-@pytest.mark.parametrize("id", SHOWCASE)
-def test_what_holds_nearly_everywhere_has_a_reason(id, teacher):
-    """The shares themselves are in docs/results.md."""
-    found = audit(id, teacher, turns=few(id), instruction_types=["b"], students=("random", "obedient"))
-    assert sum(each.moments for each in found.elsewhere.values()) > 20
-    assert [name for name, each in found.elsewhere.items() if each.empty] == []
-
-
-def test_elsewhere_a_verdict_is_on_the_other_action():
-    """In gridworld most moves are wrong, whatever the move, and a wall is a wall in one room only."""
-    found = audit(GRID, "vague(q=1)", turns=240).elsewhere
-    action, moment = found["common.Wrong"].shares
-    assert 0.3 < action < 0.9
-    assert 0.3 < moment < 0.9
-    assert found["common.Trap"].shares[0] > 0.9
-    assert not found["common.Trap"].empty
-
-
 def test_labels():
     assert {label for (kind, label) in audit(GRID, "placebo", turns=60).claims if kind} == {Label.PLACEBO}
     assert {label for (kind, label) in audit(GRID, "delayed(turns=1)", turns=60).claims if kind} == {Label.LATE}

@@ -277,19 +277,17 @@ def test_audit_by_family(tmp_path):
     ]
     result = llf("audit", "--turns", "20", "--workers", "1", "--by-family", *chosen, cwd=tmp_path)
     names, *rows = (line.split() for line in result.stdout.splitlines())
-    assert names[:3] + names[-3:] == [
+    assert names[:3] + names[-2:] == [
         "family",
         "environments",
         "turns",
         "contradictions",
-        "elsewhere",
         "mistake(eps=1)",
     ]
     assert [row[:3] for row in rows] == [["bandits", "2", "40"], ["gridworld", "1", "20"]]
     for row in rows:
-        honest, claims, false, contradictions, elsewhere, wrong, _, all_ = row[9:]
+        honest, claims, false, contradictions, wrong, _, all_ = row[9:]
         assert (honest, false, contradictions) == ("2", "0", "0")
-        assert elsewhere.endswith("%")
         assert int(claims.replace(",", "")) > 0 < int(wrong) == int(all_)
 
 
@@ -431,6 +429,8 @@ def test_audit_of_bits(tmp_path):
     result = llf("audit", ids[0], "--turns", "30", "--bits", "8", "--by-claim", cwd=tmp_path)
     assert re.search(r"measured +bits +a word +saved +a bit", result.stdout)
     assert re.search(r"gridworld +Go .* \d\.\d\d +\d\.\d\d\d ", result.stdout)
+    result = llf("audit", ids[0], "--by-claim", cwd=tmp_path)
+    assert (result.returncode, "give --bits too" in result.stderr) == (2, True)
 
 
 def test_a_teacher_sees_how_much_its_claims_would_say(tmp_path):

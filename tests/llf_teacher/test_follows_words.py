@@ -45,10 +45,10 @@ def acted(*student_and_words, **settings):
     return [int(moment.action) for moment in moments(*student_and_words, **settings)]
 
 
-SOUTH = "You should go south."
+SOUTH = "Now head south."
 
 
-@pytest.mark.parametrize("words", [SOUTH, "Now head south.", f"Well. {SOUTH} Lovely."])
+@pytest.mark.parametrize("words", [SOUTH, "Go south next.", f"Well. {SOUTH} Lovely."])
 def test_it_does_as_it_is_told_though_that_is_wrong(words):
     assert acted(FOLLOWS, "Find the treasure.", words)[1:] == [3, 3, 3]
     assert acted("obedient", "Find the treasure.", words)[1:] != [3, 3, 3]
@@ -57,7 +57,7 @@ def test_it_does_as_it_is_told_though_that_is_wrong(words):
 def test_a_verdict_without_an_action_is_on_its_own():
     """So that in one room it does nothing again, until it has done all."""
     for seed in range(5):
-        played = moments(FOLLOWS, "Go.", "That was an error.", seed=seed)
+        played = moments(FOLLOWS, "Go.", "There was a mistake in that.", seed=seed)
         assert len({(moment.before.room, moment.action) for moment in played}) == 4
 
 
@@ -77,7 +77,7 @@ def test_traits_change_what_is_read():
 
 
 def test_a_reasoner_weighs_worlds_by_what_it_reads():
-    words = "Pull an arm.", "You should pull arm 4 next."
+    words = "Pull an arm.", "Pull arm 4 next."
     assert acted("reasoner(worlds=64, follows_words=True)", *words, id=ARMS)[1] == 4
     assert acted("reasoner(worlds=64)", *words, id=ARMS)[1] != 4
 

@@ -1,26 +1,24 @@
-"""The last layer of the reader: a model that answers in the schema or abstains, however hostile it is."""
+"""The reader behind the phrases: a model that answers in the schema or abstains, however hostile it is."""
 
 import json
 import time
 
 import pytest
 from endpoints import ANSWERS, HUGE, KEY, files_with
-from typer.testing import CliRunner
 
-from llf_teacher.cli import app
+import llf_teacher
 from llf_teacher.models import LLMError
 from llf_teacher.models.testing import ScriptedEndpoint, refusal
 from llf_teacher.registry import entry
 from llf_teacher.speakers.llm_reader import LLMReader
 from llf_teacher.speakers.parsing import parse_reader
-from llf_teacher.tools.transcript import audit_transcript
-from pz_envs.checking import LONGEST_TEXT, MODEL, MOST_SENTENCES, ClaimReader
+from pz_envs.checking import EXACT, LONGEST_TEXT, MODEL, MOST_SENTENCES, ClaimReader
 from teachers.atoms import Moment
 
 pytestmark = pytest.mark.usefixtures("no_settings")
 ODD = "Whence the sun goes down, thither turn thy feet, ranger."
 RIGHT = "Let the pole star be thy guide, ranger."
-HEADER = {"id": "llf-gridworld-v0", "seed": 0}
+ID = "llf-gridworld-v0"
 
 
 def claims(*given):
@@ -32,46 +30,40 @@ def star(request):
     return claims({"type": "Go", "action": "north" if "pole" in request["messages"][-1]["content"] else "west"})
 
 
-@pytest.fixture
-def transcript(tmp_path):
-    path = tmp_path / "t.jsonl"
-    said = f"You should go south. {RIGHT}", ODD, ODD
-    lines = HEADER, *({"action": "south", "feedback": each} for each in said)
-    path.write_text("\n".join(map(json.dumps, lines)))
-    return path
-
-
 @pytest.fixture(scope="module")
 def reader():
     """Of a student, which has no truth; the model is put in its place by each test."""
-    family = entry(HEADER["id"]).family
+    family = entry(ID).family
     made = ClaimReader(family, family.make_world())
     made.did(None, 0)
     return made
 
 
-def test_only_what_was_not_read_is_asked_and_the_truth_is_not_sent(transcript):
+def test_only_what_was_not_read_is_asked_and_the_truth_is_not_sent():
+    env = llf_teacher.make(ID)
+    session = env.session
     with ScriptedEndpoint(star) as server:
-        found = audit_transcript(transcript, LLMReader("m", server.url))
-    first, *odd = (each.checked for each in found.sentences)
-    assert (first.layer, first.outcome) == ("near", "false")
+        made = ClaimReader(env.family, session.world, session.teacher.oracle, LLMReader("m", server.url))
+        env.reset(seed=0)
+        found = []
+        for said in ("", f"Now head south. {RIGHT}", ODD, ODD):
+            if session.moment.turn or said:
+                env.step(3)
+            made.see(session.moment)
+            found += made.read(said)
+    first, *odd = found
+    assert (first.layer, first.outcome) == (EXACT, "false")
     assert [(each.layer, each.outcome) for each in odd] == [(MODEL, "true"), (MODEL, "false"), (MODEL, "false")]
-    assert found.share[0] == 1, "of one sentence that was read without a model"
     assert [each["messages"][1]["content"] for each in server.requests] == [RIGHT, ODD]  # an equal one is known
     assert "kitchen-2" not in json.dumps(server.requests), "the room of the student"
     assert server.requests[0]["response_format"]["json_schema"]["schema"]["properties"]["claims"]
 
 
-def test_the_command(transcript, tmp_path):
-    with ScriptedEndpoint(star) as server:
-        spec = f"llm_reader(model='m', base_url='{server.url}')"
-        shown = CliRunner().invoke(app, ["audit", f"{transcript}", "--reader", spec])
-    assert shown.exit_code == 0, shown.output
-    assert "False: 2 of the 3 that the model read; how often it errs is not known" in shown.output
-    (tmp_path / "own_reader.py").write_text("def read(sentence, vocabulary):\n    return {'claims': []}\n")
-    for arguments in (["llf-gridworld-v0", "--reader", spec], [f"{transcript}", "--reader", "os:nothing"]):
-        refused = CliRunner().invoke(app, ["audit", *arguments])
-        assert isinstance(refused.exception, ValueError | SystemExit)
+def test_a_phrase_that_makes_no_single_claim_is_asked_too(reader):
+    asked = []
+    reader._model = lambda sentence, vocabulary: asked.append(sentence)
+    outcomes = [each.outcome for each in reader.read("Now head south. Now head esat.")]
+    assert (outcomes, asked) == (["built", "not read"], ["Now head esat."])
 
 
 @pytest.mark.parametrize("answer", [*ANSWERS.values(), *HUGE.values(), claims(), claims(*[{"type": "Solved"}] * 2)])
@@ -128,14 +120,14 @@ def test_an_endpoint_without_json_schemas(reader):
     assert (found.layer, found.outcome, found.holds) == (MODEL, "built", None)
 
 
-@pytest.mark.parametrize("spec", ["closest", "llm_reader(speed=2)", "no_such_module:f", "json:nothing", 3, "a | b"])
+@pytest.mark.parametrize("spec", ["near", "llm_reader(speed=2)", "no_such_module:f", "json:nothing", 3, "a | b"])
 def test_readers_that_do_not_exist(spec):
     with pytest.raises(ValueError, match="reader"):
         parse_reader(spec)
 
 
 def test_readers_that_do():
-    assert parse_reader("none") is parse_reader("near") is None
+    assert parse_reader("none") is parse_reader("exact") is None
     assert parse_reader("json:dumps") is json.dumps
     named = "llm_reader(model='m', base_url='http://localhost:1/v1')"
     assert str(parse_reader(named)) == named

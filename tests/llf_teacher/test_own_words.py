@@ -21,7 +21,7 @@ MODULE = '''
 class Talker:
     """Advises in own words what the oracle advises, or what it warns of."""
 
-    def __init__(self, lies=False, text="You should go {way}. Lovely weather today."):
+    def __init__(self, lies=False, text="Now head {way}. Lovely weather today."):
         self.wanted, self.text = "Avoid" if lies else "Go", text
 
     def reset(self, rng):
@@ -78,7 +78,7 @@ def test_what_is_read_is_checked_and_summed(lies):
     assert [each["holds"] for each in advice] == [not lies] * len(advice) != []
     assert {each["claim"] for each in advice} == {"gridworld.Go"}
     episode = record.episode
-    assert (episode.read_exact + episode.read_near, episode.unread) == (len(advice), len(advice))
+    assert (episode.read_exact, episode.unread) == (len(advice), len(advice))
     assert episode.read_false == len(advice) * lies
     assert (episode.read_model, episode.model_false) == (0, 0)
     assert episode.unchecked == 2 * len(advice)
@@ -115,12 +115,12 @@ def test_the_report_says_what_was_read_and_shows_a_false_sentence(tmp_path):
     honest, liar = (
         part.partition(f"<p><code>{name}</code>: ")[2].partition("</p>")[0] for name in study(*NAMES).teachers
     )
-    read = sum(row["read_exact"] + row["read_near"] for row in rows)
+    read = sum(row["read_exact"] for row in rows)
     assert liar.startswith(f"50 % of {2 * read} sentences in its own words were read.")
-    assert f"Of the {read} that were read without a model 100 % are false; with the errors of the reader" in liar
-    assert "<q>You should go " in liar
+    assert f"Of the {read} that are word for word phrases of ours {read} are false." in liar
+    assert "<q>Now head " in liar
     assert "Go(action=" in liar
-    assert " 0 % are false" in honest
+    assert "phrases of ours 0 are false." in honest
     assert "<q>" not in honest
     assert "<code>oracle</code>: " not in part
 
@@ -160,8 +160,8 @@ def test_the_key_in_a_file(tmp_path):
         (tmp_path / "s.toml").write_text(to_toml(study(NAMES[0], reader=reader)))
         assert load_study(tmp_path / "s.toml") == study(NAMES[0], reader=reader)
         assert next(study(NAMES[0], reader=reader).episodes()).key != next(plain.episodes()).key
-    with pytest.raises(ValueError, match=r"reader 'nera' is unknown; allowed: none, near, llm_reader\(model=...\)"):
-        study(NAMES[0], reader="nera")
+    with pytest.raises(ValueError, match=r"reader 'near' is unknown; allowed: none, exact, llm_reader\(model=...\)"):
+        study(NAMES[0], reader="near")
     with pytest.raises(ValueError, match=r"reader 'talkers:reed': unknown function in talkers 'reed'; did you"):
         study(NAMES[0], reader="talkers:reed")
     with pytest.raises(ValueError, match="reader"):
@@ -174,7 +174,7 @@ def test_a_spending_limit_needs_prices_of_the_reader(tmp_path, monkeypatch):
         run(study(NAMES[0], reader="llm_reader(model='m')"), tmp_path / "s.db", options=RunOptions("here"))
 
 
-HOSTILE = "You should go north. <script>alert(1)</script> {{ 7 * 7 }}"
+HOSTILE = "Now head north. <script>alert(1)</script> {{ 7 * 7 }}"
 
 
 def shown(opened):
@@ -192,7 +192,7 @@ def test_a_person_sees_what_was_understood():
     lessons.move(opened, TEACHER, HOSTILE, 1)
     drawn, text = shown(opened)
     first, *others = drawn["understood"]
-    assert (first["kind"], first["text"]) == ("fp", "You should go north.")
+    assert (first["kind"], first["text"]) == ("fp", "Now head north.")
     assert first["mark"][2:] in ("true", "false")
     assert "Go(action=" in first["html"]
     assert {each["mark"] for each in others} == {""}
@@ -205,7 +205,7 @@ def test_a_person_sees_what_was_understood():
     assert drawn["over"]
     assert [each["mark"][2:] for each in drawn["said"]] in (["true"], ["false"])
     record = opened.lesson.record()
-    assert record.episode.read_exact + record.episode.read_near == 2
+    assert record.episode.read_exact == 2
     assert [len(row.readings or ()) for row in record.turns] == [0, len(others) + 1, 1]
 
 
@@ -215,10 +215,10 @@ def test_a_turn_that_is_taken_back_is_read_anew():
         read_plan({"id": GRID["ids"][0], "seat": "teacher", "speech": "own words", "seed": 3, "max_turns": 3})
     )
     lessons.move(opened, TEACHER, "Find the treasure.", 0)
-    lessons.move(opened, TEACHER, "You should go north.", 1)
+    lessons.move(opened, TEACHER, "Now head north.", 1)
     before = opened.lesson.rows[-1].readings
     lessons.undo(opened, TEACHER, 2)
-    lessons.move(opened, TEACHER, "You should go south.", 1)
+    lessons.move(opened, TEACHER, "Now head south.", 1)
     lessons.undo(opened, TEACHER, 2)
-    lessons.move(opened, TEACHER, "You should go north.", 1)
+    lessons.move(opened, TEACHER, "Now head north.", 1)
     assert opened.lesson.rows[-1].readings == before

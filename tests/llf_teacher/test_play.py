@@ -70,11 +70,11 @@ def test_the_teacher_sees_the_truth_and_takes_a_turn_back():
 
 def test_the_teacher_may_speak_in_its_own_words_and_sees_what_is_understood():
     command = (GRID, "--seat", "teacher", "--own-words", "--seed", "3", "--max-turns", "2", "--student", "obedient")
-    said = "\n?\nYou should go north. \x1b[31mLovely day.\nundo\nHm.\nThat was right.\n"
+    said = "\n?\nNow head north. \x1b[31mLovely day.\nundo\nHm.\nThat was right.\n"
     out = " ".join(play(*command, text=said).split())
     assert out.count("Your task is to enter its room.") == 3, "suggested, said, and explained"
-    assert re.search(r"(true|false): You should go north\. Go\(action=", out)
-    assert re.search(r"unchecked: .{0,10}Lovely day\. not read; nearest: ", out)
+    assert re.search(r"(true|false): Now head north\. Go\(action=", out)
+    assert re.search(r"unchecked: .{0,10}Lovely day\. not read ", out)
     assert "\x1b" not in out
     assert out.count("Your first words are the instruction, not checked. What do you say? (empty: the text") == 1
     assert "What do you say? (empty: nothing)>" in out

@@ -20,7 +20,7 @@ from llf_teacher.registry import entry
 from llf_teacher.studies import Study, run
 from llf_teacher.studies.analysis.power import least_effect
 from llf_teacher.studies.analysis.resampling import sign_flips
-from llf_teacher.suite import Card, all_experiments, check, compare, digest, experiments, mirror, play, take
+from llf_teacher.suite import Card, all_experiments, check, compare, digest, experiments, play, take
 from llf_teacher.suite.card import AbilityLine, CardError, check_file, checksum
 from llf_teacher.suite.comparing import _difference
 from llf_teacher.suite.estimate import estimate
@@ -528,11 +528,6 @@ def test_cards_are_compared_and_checked(store, tmp_path):
     (found,) = compare(*files)
     assert found.score == pytest.approx(-1)
     assert found.p < 0.01
-    mirror.take("oracle", store, ["pushback"], quick=True, workers=1).write(tmp_path / "oracle.json")
-    with pytest.raises(
-        CardError, match=r"oracle.json is of mirror-v1, .*obedient.json of suite-v1: one is a student's"
-    ):
-        compare(tmp_path / "oracle.json", files[0])
     result = CliRunner().invoke(app, ["suite", "compare", *files])
     assert "-1.00 [" in result.output
     assert f"suite-v1 ({DIGEST}, quick); 48 episodes" in " ".join(result.output.split())
@@ -576,9 +571,7 @@ def test_the_progress_ends_at_its_total(tmp_path):
     shown = []
     take(RECALLS, tmp_path / "it.db", ["advice", "recall"], True, "", 1, lambda *of: shown.append(of))
     assert shown[-1][0] == shown[-1][1] > 100
-    mirror.take("oracle", tmp_path / "it.db", ["worth", "use"], True, "", 1, lambda *of: shown.append(of), worlds=5)
     assert all(done <= total for done, total in shown)
-    assert shown[-1][0] == shown[-1][1]
 
 
 def test_an_interrupted_suite_says_where_its_episodes_are(tmp_path, monkeypatch):

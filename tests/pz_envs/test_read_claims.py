@@ -7,7 +7,7 @@ from pz_envs import reading
 from pz_envs.family import own_families
 from pz_envs.reading import build_claim, make_reader
 from teachers.atoms import Moment
-from teachers.reading import SentenceReading
+from teachers.reading import SentenceReading, read_sentences
 from teachers.session import Session
 
 FAMILIES = {family.name: family for family in own_families()}
@@ -23,7 +23,7 @@ def session_of(name):
 def test_what_teachers_say_is_built_again(name, least):
     family, session = session_of(name)
     vocabulary, built = session.teacher_turns[0].vocabulary, 0
-    reader = make_reader(family, vocabulary)
+    reader = make_reader(family)
     for seed in range(3):
         session.open(seed)
         session.speak()
@@ -34,7 +34,7 @@ def test_what_teachers_say_is_built_again(name, least):
             session.act(plan[0] if plan else session.world.sample_action(np.random.default_rng(seed)))
             session.speak()
             for atom in session.atoms:
-                readings = reader.read(atom.text)
+                readings = read_sentences(reader, atom.text)
                 if type(atom.claim) not in vocabulary.classes.values() or len(readings) != 1:
                     continue
                 claim = build_claim(readings[0], family, vocabulary, session.moment).claim
@@ -56,7 +56,7 @@ def test_all_fields_come_from_the_sentence(slots, claim):
     family = FAMILIES["bandits"]
     vocabulary = family.vocabulary()
     among = vocabulary.classes["Among"]
-    found = build_claim(SentenceReading("", "near", among, slots, None, ()), family, vocabulary)
+    found = build_claim(SentenceReading("", among, slots, None, False), family, vocabulary)
     assert (found.claim == among(**claim)) if claim else (found.claim is None and found.candidates)
 
 
@@ -64,10 +64,10 @@ def test_several_claims_are_candidates_and_too_many_are_not_tried(monkeypatch):
     family = FAMILIES["gridworld"]
     vocabulary = family.vocabulary()
     go = vocabulary.classes["Go"]
-    several = build_claim(SentenceReading("", "near", go, {}, None, ()), family, vocabulary)
+    several = build_claim(SentenceReading("", go, {}, None, False), family, vocabulary)
     assert several.claim is None
     assert len(several.candidates) == 3
-    only = SentenceReading("", "near", go, {"action": "North"}, None, ())
+    only = SentenceReading("", go, {"action": "North"}, None, False)
     assert build_claim(only, family, vocabulary).claim is not None
     monkeypatch.setattr(reading, "MOST_BUILT", 3)
     assert build_claim(only, family, vocabulary) == (None, ("Go",))
@@ -89,14 +89,14 @@ def test_a_plan_is_built_of_its_steps_and_a_rule_of_names_without_articles():
     ]:
         family = FAMILIES[name]
         vocabulary = family.vocabulary(family.make_world(**family.environments[family.showcase[0]]))
-        (found,) = make_reader(family, vocabulary).read(text)
+        (found,) = read_sentences(make_reader(family), text)
         assert build_claim(found, family, vocabulary).claim == vocabulary.claim_of(claim)
 
 
 def test_a_verdict_takes_the_last_action_and_no_other():
     family, session = session_of("bandits")
     vocabulary = session.teacher_turns[0].vocabulary
-    best = SentenceReading("", "near", vocabulary.classes["PulledBest"], {}, None, ())
+    best = SentenceReading("", vocabulary.classes["PulledBest"], {}, None, False)
     opening = session.open(0)
     assert build_claim(best, family, vocabulary, opening).claim is None
     session.speak()
@@ -107,5 +107,5 @@ def test_a_verdict_takes_the_last_action_and_no_other():
 def test_a_reader_is_made_once_and_starts_anew():
     family = FAMILIES["bandits"]
     one, other = make_reader(family), make_reader(family)
-    assert one._near is other._near
-    assert one._exact is not other._exact
+    assert one._lines is other._lines
+    assert one is not other

@@ -7,12 +7,9 @@ import re
 import subprocess
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
-
-from teachers.atoms import HN
 
 ROOT = Path(__file__).parents[2]
 
@@ -197,36 +194,6 @@ def test_suite_gallery(tmp_path):
     assert (tmp_path / "it.png").stat().st_size > 10_000
 
 
-@pytest.mark.full
-def test_teacher_gallery(tmp_path):
-    files = ("--store", tmp_path / "it.db", "--plot", tmp_path / "it.png", "--cards", tmp_path / "cards")
-    out = printed("teacher_gallery", "--worlds", 5, "--only", "oracle", "teacher_gallery:Learning", *files)
-    assert re.findall(r"^\| `(oracle|teacher_gallery:Learning)` \| 1.00 \|", out, re.MULTILINE) == [
-        "oracle",
-        "teacher_gallery:Learning",
-    ]
-    assert len(list((tmp_path / "cards").glob("*.json"))) == 2
-    assert (tmp_path / "it.png").stat().st_size > 10_000
-
-
-def test_the_check_of_the_mirror_finds_what_is_wrong(monkeypatch):
-    """Scores as they should be have no faults; each rule has scores that break it."""
-    monkeypatch.syspath_prepend(ROOT / "examples")
-    check = importlib.import_module("check_mirror")
-    size = len(check.DEFECTS)
-    sound, strengths = np.ones((size, size)), np.tile([1.0, 0.6, 0.3, 0.0], (size, 1))
-    spoilt = 1 - np.eye(size)
-    names = list(check.DEFECTS)
-    assert check.faults(sound, spoilt, strengths) == []
-    weak, wide, rising = spoilt.copy(), spoilt.copy(), strengths.copy()
-    weak[0, 0], rising[1, 3] = 0.3, 0.5
-    wide[names.index("remains"), names.index("truth")] = 0.7
-    wide[names.index("truth"), names.index("worth")] = 0.0  # declared
-    assert check.faults(sound, weak, strengths) == ["truth: its defect takes 0.70 of 1.00"]
-    assert check.faults(sound, spoilt, rising) == ["calibration: the score does not fall with strength"]
-    assert check.faults(sound, wide, strengths) == ["truth: falls by 0.30 without remains, and does not declare it"]
-
-
 def test_families_order_students_alike_or_not(monkeypatch):
     """Pairs count that differ in both families; a student that played like another is no other."""
     monkeypatch.syspath_prepend(ROOT / "examples")
@@ -241,20 +208,6 @@ def test_families_order_students_alike_or_not(monkeypatch):
     assert order(costs[:1]).tolist() == order([]).tolist() == [0, 0, 0]
     table = check.families({"alike": [5, 0, 1], "opposite": [1, 5, 0], "few": [4, 0, 9]})
     assert re.findall("[^|]+(?= \\|$)", table, re.MULTILINE)[2:] == [" 1.00", " -0.67: not alike", " too few pairs"]
-
-
-def test_the_flatterer_gives_in_where_the_student_insists_and_nowhere_else(monkeypatch):
-    """An action that was right before, or that follows another mistake, is spoken against like any."""
-    monkeypatch.syspath_prepend(ROOT / "examples")
-    flattering, memory, last = importlib.import_module("defective_teachers").Flattering(), [], None
-    blame, found = SimpleNamespace(kind=HN), []
-    for action, wrong in ((1, True), (2, True), (0, False), (0, True), (0, True), (0, False), (0, True), (1, True)):
-        view = SimpleNamespace(
-            last=last, moment=SimpleNamespace(action=action), turn=0, flip=lambda claim, rng: "praise"
-        )
-        found.append(flattering.spoilt([blame] * wrong, view, memory) == ["praise"])
-        last = view.moment
-    assert found == [False, False, False, False, True, False, True, False]
 
 
 @pytest.mark.full

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, cast
 import llf_teacher
 from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.registry import PREFIX, entry, types_of
-from llf_teacher.speakers.parsing import NEAR, needed_of, reader_spec
+from llf_teacher.speakers.parsing import PHRASES, needed_of, reader_spec
 from llf_teacher.students.student import Student
 from llf_teacher.studies.definition.custom_specs import parse_teacher, student_spec, teacher_spec
 from llf_teacher.studies.definition.design import BASELINE, SUBSETS, Transfer, check_interim_analyses, check_transfer
@@ -107,10 +107,10 @@ class Study:
     """Whether it is measured how much each claim says, and which regret it saves, by 256 worlds, or by so many. The
     lessons are the same. Families without a posterior say why it could not be measured.
     """
-    reader: str = NEAR
+    reader: str = PHRASES
     """What reads the words of teachers that speak in their own (models, people, policies, voices that rewrite), so that
-    they can be checked: `near`, the phrases and what is near them; `llm_reader(model=...)` or `module:function`, which
-    is asked for what these do not read; or `none`. The lessons are the same.
+    they can be checked: `exact`, our phrases word for word; `llm_reader(model=...)` or `module:function`, which is
+    asked for what is no phrase; or `none`. The lessons are the same.
     """
     names: Mapping[str, str] = field(default_factory=dict)
     """Names of teachers and students in the report, by their specs. Without one, those that ask a model are called
@@ -431,7 +431,7 @@ def to_toml(study: Study) -> str:
     tables = {name: table for name in ("interim_analyses", "transfer", "names") if (table := values.pop(name))}
     for name in ("transcripts", "primary", "bits"):
         values[name] = values[name] or None
-    if study.reader == NEAR:
+    if study.reader == PHRASES:
         del values["reader"]
     lines = _assignments(values)
     for name, table in tables.items():

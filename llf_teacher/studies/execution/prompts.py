@@ -10,7 +10,6 @@ from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.gym import make
 from llf_teacher.models.model import Model
 from llf_teacher.models.replies import Answer
-from llf_teacher.speakers.llm_teacher import LLMTeacher, ModelPolicy
 from llf_teacher.students.answers import written
 from llf_teacher.students.builtin.llm import LLM
 from llf_teacher.students.conversation import text_of
@@ -32,23 +31,19 @@ class _Counter(Model):
         return Answer(_REPLY)
 
 
-def bytes_of_prompts(lesson: EpisodeSpec, subject: LLM | LLMTeacher) -> int:
-    """The bytes of all prompts of a lesson, played by chance; the model is a student, or the teacher."""
+def bytes_of_prompts(lesson: EpisodeSpec, student: LLM) -> int:
+    """The bytes of all prompts of a model in a lesson, played by chance."""
     counter = _Counter()
     taught = arguments_of(parse_teacher(lesson.teacher), "a")
-    if isinstance(subject, LLMTeacher):
-        taught["teacher"] = ModelPolicy(subject, lambda *_: counter)
     env = make(lesson.id, **taught, text=True, max_turns=lesson.max_turns, **json.loads(lesson.options or "{}"))
     rng, world = np.random.default_rng(lesson.seed), env.session.world.scratch()
-    talk = isinstance(subject, LLM) and subject.conversation(env, rng)
+    talk = student.conversation(env, rng)
     observation, _ = env.reset(seed=lesson.seed)
     over = False
     while not over:
         text = written(world, rng)
-        if talk:
-            counter.answer(talk.ask(observation))
-            text = talk.answer(text)
-        observation, _, terminated, truncated, _ = env.step(text)
+        counter.answer(talk.ask(observation))
+        observation, _, terminated, truncated, _ = env.step(talk.answer(text))
         over = terminated or truncated
     env.close()
     return counter.bytes

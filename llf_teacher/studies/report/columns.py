@@ -184,9 +184,9 @@ class Columns:
         for setting, seed, why, *values in rows:
             yield self._there[setting], seed, why, np.array(values, float)
 
-    def read(self) -> Iterator[tuple[EpisodeSpec, int, str]]:
-        """The setting, the seed and the key of each episode with a sentence that was read."""
-        said = "read_exact + read_near + read_model > 0"
+    def read_false(self) -> Iterator[tuple[EpisodeSpec, int, str]]:
+        """The setting, the seed and the key of each episode with a sentence that was read and is false."""
+        said = "read_false + model_false > 0"
         query = f"SELECT setting, seed, lower(hex(key)) FROM {_WANTED} WHERE {said}"  # noqa: S608
         for setting, seed, key in self._db.execute(f"{query} ORDER BY setting, seed"):
             yield self._there[setting], seed, key

@@ -154,7 +154,6 @@ class NoNearer(_Command):
     """True if this command has not brought the task nearer: as many commands as before are needed, or more."""
 
     kind = HN
-    commonplace = "nearly every command leads no nearer; the blame rules out a single one"
 
     def holds(self, moment: Moment[Truth], lab: Alfworld) -> bool:
         """Carry it out again and search from there."""

@@ -353,7 +353,6 @@ class Seek(_Wished):
 
     kind = FP
     scope = Scope.WORLD
-    commonplace = "the wishes stay the same from episode to episode, so that it stays true"
     counterparts = Claim.varied("wish", lambda claim, _, __: checks.NAMES[claim.attribute])
 
 
@@ -399,7 +398,6 @@ class AvoidTitle(_Title):
 
     kind = FN
     scope = Scope.WORLD
-    commonplace = "nearly every title misses some wish; the warning rules out a single one"
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
         """Look each wish up by SQL."""
@@ -417,7 +415,6 @@ class AvoidTrait(Claim[Truth, Movies]):
 
     kind = FN
     scope = Scope.WORLD
-    commonplace = "nearly every trait that titles share misses some wish; the warning rules out a single one"
     attribute: Attribute
     trait: str
 

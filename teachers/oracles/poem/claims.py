@@ -365,7 +365,6 @@ class Work(Grounded[Truth, Poem]):
     """True if another line `line` can make a poem that earns more than the last one."""
 
     kind = FP
-    commonplace = "nearly every line can be put right as long as the poem is not"
     line: Line
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
@@ -453,7 +452,6 @@ class AvoidCount(Claim[Truth, Poem]):
 
     kind = FN
     scope = Scope.WORLD
-    commonplace = "nearly every number of syllables is wrong; the warning rules out a single one"
     line: Line
     counted: int
     amount = slot(syllables_of, "counted")
@@ -473,7 +471,6 @@ class AvoidLines(Claim[Truth, Poem]):
 
     kind = FN
     scope = Scope.WORLD
-    commonplace = "nearly every number of lines is wrong; the warning rules out a single one"
     lines: int
     length = slot(length_of, "lines")
 

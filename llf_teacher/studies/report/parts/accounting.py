@@ -1,9 +1,7 @@
 """What teachers said, over all families and students."""
 
-from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from llf_teacher.episodes.record import READINGS
@@ -17,11 +15,6 @@ from llf_teacher.studies.report.section import added, reads, share
 from llf_teacher.theme.turns import claim_code
 from teachers.atoms import KINDS, Label
 
-Readings = Mapping[tuple[str, str, str], Mapping[int, Sequence[tuple[str, bool]]]]
-"""By teacher, instruction type and feedback type, then by seed: what was read without a model, and whether it is
-false.
-"""
-
 
 class OwnWords(NamedTuple):
     """What was read of a teacher's sentences in its own words."""
@@ -30,12 +23,10 @@ class OwnWords(NamedTuple):
     """Number of all of them."""
     read: float
     """Share of those that were read and whose claim was checked."""
-    alone: int
-    """Number of those that were read without a model."""
-    false: float
-    """Share of these that are false."""
-    bounds: tuple[float, float]
-    """Its interval, which contains the reader's own error, by `share_false`; that does not hold for a model's."""
+    exact: int
+    """Number of those that are word for word a phrase."""
+    false: int
+    """Number of these that are false."""
     model: int
     """Number of those that a model read."""
     model_false: int
@@ -78,10 +69,8 @@ class Account(NamedTuple):
     """None if nothing was said, or read, in its own words."""
 
 
-def accounts(
-    data: Data, instruction_type: str, feedback_type: str, readings: Readings = MappingProxyType({})
-) -> Iterator[Account]:
-    """The account of each teacher, with what was read of it; teachers without an episode are left out."""
+def accounts(data: Data, instruction_type: str, feedback_type: str) -> Iterator[Account]:
+    """The account of each teacher; teachers without an episode are left out."""
     for teacher in data.study.teachers:
         mine = {
             setting: each
@@ -91,15 +80,10 @@ def accounts(
         }
         if mine:
             reached = [each for setting, each in mine.items() if reads(setting.student) in TAUGHT]
-            read = readings.get((teacher, instruction_type, feedback_type), {})
-            yield _account(teacher, list(mine.values()), share(reached, "followed", "advised"), read)
+            yield _account(teacher, list(mine.values()), share(reached, "followed", "advised"))
 
 
-def _account(
-    teacher: str, mine: Sequence[Sums], uptake: float | None, read: Mapping[int, Sequence[tuple[str, bool]]]
-) -> Account:
-    from pz_envs.checking import share_false
-
+def _account(teacher: str, mine: Sequence[Sums], uptake: float | None) -> Account:
     turns = added(mine, "turns")
     claims = sum(added(mine, label) for label in CHECKED)
     return Account(
@@ -112,47 +96,43 @@ def _account(
         words=added(mine, "words") / turns,
         parse_failures=int(added(mine, "parse_failures")),
         turns=int(turns),
-        own=own_words({name: int(added(mine, name)) for name in READINGS}, share_false(read.values())),
+        own=_own_words({name: int(added(mine, name)) for name in READINGS}),
     )
 
 
-def own_words(sums: Mapping[str, int], bounds: tuple[float, float]) -> OwnWords | None:
-    """What was read, by the sums of `READINGS` and the bounds of `share_false`; None if there was nothing to read."""
-    alone = sums["read_exact"] + sums["read_near"]
-    read = alone + sums["read_model"]
+def _own_words(sums: Mapping[str, int]) -> OwnWords | None:
+    """What was read, by the sums of `READINGS`; None if there was nothing to read."""
+    read = sums["read_exact"] + sums["read_model"]
     if not (sentences := read + sums["unread"]):
         return None
-    false = sums["read_false"] / alone if alone else 0.0
-    model = sums["read_model"], sums["model_false"]
-    return OwnWords(sentences, read / sentences, alone, false, bounds, *model)
+    counts = (sums[name] for name in ("read_exact", "read_false", "read_model", "model_false"))
+    return OwnWords(sentences, read / sentences, *counts)
 
 
-def _readings(data: Data) -> tuple[Readings, dict[tuple[str, str, str], FalseSentence]]:
-    """By teacher, instruction type and feedback type what was read without a model, and the first false sentence."""
-    from pz_envs.checking import ALONE
-
-    found: dict[tuple[str, str, str], dict[int, list[tuple[str, bool]]]] = defaultdict(lambda: defaultdict(list))
+def _examples(data: Data) -> dict[tuple[str, str, str], FalseSentence]:
+    """By teacher, instruction type and feedback type the first false sentence."""
     examples: dict[tuple[str, str, str], FalseSentence] = {}
     with columns(data.store, data.planned) as there:
-        for setting, seed, key in there.read():
-            if setting.lessons:
-                continue
+        for setting, seed, key in there.read_false():
             place = setting.teacher, setting.instruction_type, setting.feedback_type
-            for turn, each in ((row, each) for row in data.store.turns(key) for each in row["readings"] or ()):
-                if each["layer"] in ALONE:
-                    found[place][seed].append((each["text"], each["holds"] is False))
-                if each["holds"] is False and place not in examples:
-                    code = claim_code(each, entry(setting.id).family.name)
-                    examples[place] = FalseSentence(setting.id, seed, turn["turn"], each["text"], code)
-    return found, examples
+            if setting.lessons or place in examples:
+                continue
+            turn, each = next(
+                (row["turn"], each)
+                for row in data.store.turns(key)
+                for each in row["readings"] or ()
+                if each["holds"] is False
+            )
+            code = claim_code(each, entry(setting.id).family.name)
+            examples[place] = FalseSentence(setting.id, seed, turn, each["text"], code)
+    return examples
 
 
 def _values(data: Data) -> Mapping[str, Any]:
     types = product(data.study.instruction_types, main_types(data.study.feedback_types))
-    readings, examples = _readings(data)
-    found = {pair: list(accounts(data, *pair, readings)) for pair in types}
+    found = {pair: list(accounts(data, *pair)) for pair in types}
     return {
-        "examples": examples,
+        "examples": _examples(data),
         "accounts": {pair: rows for pair, rows in found.items() if rows},
         "kinds": KINDS,
         "labels": [

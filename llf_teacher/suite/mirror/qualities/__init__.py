@@ -1,1 +1,0 @@
-"""The qualities of the mirror, one module each."""

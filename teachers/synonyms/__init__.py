@@ -1,1 +1,0 @@
-"""The tables of the near layer: synonyms and patterns of slots, of all families and of each."""
