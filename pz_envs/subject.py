@@ -218,7 +218,7 @@ class Subject(ABC):
             settings: of the lesson; None: the defaults.
             keywords: fields of `Settings` that replace those (`max_turns` is called `max_cycles`; in classrooms and
                 panels `speech` is `kinds` by default), the world's options, `episodes` of a lifetime (see
-                `pz_envs.lifetimes.LifetimeEnv`), and arguments of the seating, such as `students` of a classroom.
+                `pz_envs.lifetime_env.LifetimeEnv`), and arguments of the seating, such as `students` of a classroom.
 
         Raises:
             ValueError: the seating is unknown, or an argument is not allowed.
@@ -300,7 +300,7 @@ class Seating(ABC):
             raise ValueError(f"episodes must be an integer of at least 1, got {episodes!r}")
         env = self.raw_env(subject, settings, **own)
         if episodes > 1:
-            from pz_envs.lifetimes import LifetimeEnv
+            from pz_envs.lifetime_env import LifetimeEnv
 
             env = LifetimeEnv(env, episodes)
         if settings.teacher_numbers:

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from llf_teacher.gym.lifetime import HALF
+from llf_teacher.gym.lifetime_statistics import HALF
 from llf_teacher.reproductions.classes import ADVICE, COLUMN, moves_left, teacher_env
 from worlds.batches import Bools, Floats, Ints
 

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from llf_teacher.gym import TeacherEnv
-from llf_teacher.gym.lifetime import FIELDS
+from llf_teacher.gym.lifetime_statistics import FIELDS
 from llf_teacher.registry import entry
 from llf_teacher.students.builtin.q_learning import QLearning
 from llf_teacher.students.student import Policy, frozen, state_of

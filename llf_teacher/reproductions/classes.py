@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from llf_teacher.gym import TeacherVectorEnv
-from llf_teacher.gym.lifetime import FIELDS, HALF, NEAR
+from llf_teacher.gym.lifetime_statistics import FIELDS, HALF, NEAR
 from worlds.batches import Bools, Floats
 
 LIFETIMES = 50

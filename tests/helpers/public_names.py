@@ -20,7 +20,7 @@ MODULES = """
     llf_teacher.studies llf_teacher.studies.analysis.estimators llf_teacher.studies.analysis.outcomes
     llf_teacher.studies.analysis.overall llf_teacher.studies.analysis.pass_at_k
     llf_teacher.studies.analysis.time_to_success
-    llf_teacher.studies.definition.study llf_teacher.studies.execution.limits llf_teacher.studies.execution.play
+    llf_teacher.studies.definition.study llf_teacher.studies.execution.limits llf_teacher.studies.execution.episode
     llf_teacher.studies.execution.runner llf_teacher.studies.export llf_teacher.studies.store llf_teacher.testing
     pz_envs.assembly pz_envs.family pz_envs.learning pz_envs.lesson pz_envs.parallel_seats pz_envs.rewards
     pz_envs.seatings.classroom pz_envs.seatings.panel pz_envs.seatings.tutoring pz_envs.settings

@@ -9,7 +9,7 @@ import llf_teacher
 from llf_teacher.registry import entry
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies import Study
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from teachers.atoms import FP, Atom, Claim, Moment, claim
 from teachers.belief import Belief
 

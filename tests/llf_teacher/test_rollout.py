@@ -9,7 +9,7 @@ from playing import Counting
 
 from llf_teacher import chat_student, rollout
 from llf_teacher.studies.definition.study import Study
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from pz_envs.lesson import Lesson
 from worlds.world import World
 
