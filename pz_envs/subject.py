@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pz_envs.parallel_seats import ParallelSeats, TurnBasedParallelEnv
     from pz_envs.seats import SeatsEnv
     from teachers.batches import OracleBatch
-    from teachers.information import Grounds, Information
+    from teachers.information import Information, PosteriorContext
     from teachers.oracle import Oracle
     from teachers.personality import Personality
     from teachers.phrasebook import Phrasebook
@@ -144,11 +144,11 @@ class Subject(ABC):
         """
         raise ValueError(f"the lesson {self.name!r} has no posterior; a family has one if it declares it")
 
-    def make_grounds(self, world: "World[Any, Any, Any]") -> "Grounds":
-        """By which it is found out what a student in such a world can know; errors as in `make_posterior`."""
-        from teachers.information import Grounds
+    def make_posterior_context(self, world: "World[Any, Any, Any]") -> "PosteriorContext":
+        """What is needed to infer what a student in such a world can know; errors as in `make_posterior`."""
+        from teachers.information import PosteriorContext
 
-        return Grounds(self.make_posterior(world), self.oracle_class()(world.scratch))
+        return PosteriorContext(self.make_posterior(world), self.oracle_class()(world.scratch))
 
     def make_information(self, world: "World[Any, Any, Any]", seed: int, worlds: int | None = None) -> "Information":
         """What a student of an episode in such a world can know, and how much claims tell it.
@@ -164,7 +164,7 @@ class Subject(ABC):
         from teachers.information import Information
         from teachers.seeds import Seeds
 
-        return Information(self.make_grounds(world), Seeds(seed).stream("information"), worlds)
+        return Information(self.make_posterior_context(world), Seeds(seed).stream("information"), worlds)
 
     def serves(self, personality: "str | Personality", **options: Any) -> bool:
         """Whether there is all that a personality needs, in a world with these options."""
@@ -202,7 +202,7 @@ class Subject(ABC):
         personality = parse_personality(personality)
         if POSTERIOR in personality.needs:
             try:
-                settings["grounds"] = self.make_grounds(world)
+                settings["posterior_context"] = self.make_posterior_context(world)
             except ValueError as error:
                 raise ValueError(
                     f"the personality {personality} needs a posterior: {error}; elsewhere use another, such as oracle"

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from teachers.atoms import Atom, Claim, HedgedClaim, Moment, Scope
 from teachers.common import Reward
-from teachers.information import DrawnWorld, Grounds, Information
+from teachers.information import DrawnWorld, Information, PosteriorContext
 from teachers.spec import check_range
 from worlds.posteriors import NoWorldError
 
@@ -49,7 +49,7 @@ class Belief(Information):
     1 - trust + trust * (1 - p) / p as much as where it does; for a flat claim, with p = 1, that would be 1 - trust.
 
     Args:
-        grounds, worlds: as of `Information`; the oracle has values.
+        context, worlds: as of `Information`; the oracle has values.
         rng: draws the worlds.
         trust: 0 to 1; 0: nothing that is said counts, 1: no world counts in which more is false than in others.
 
@@ -58,9 +58,9 @@ class Belief(Information):
     """
 
     def __init__(
-        self, grounds: Grounds, rng: np.random.Generator, worlds: int | None = None, trust: float = 1.0
+        self, context: PosteriorContext, rng: np.random.Generator, worlds: int | None = None, trust: float = 1.0
     ) -> None:
-        super().__init__(grounds, rng, worlds)
+        super().__init__(context, rng, worlds)
         check_range("trust", trust, 0, 1)
         self._trust = trust
         self._first = 0  # the turn that was seen first

@@ -25,7 +25,7 @@ from teachers.spec import is_count
 from worlds.posteriors import Draw, NoWorldError, Posterior
 from worlds.world import WorldTurn
 
-__all__ = ["LEAST", "TRIES", "WORLDS", "Bits", "Gain", "Grounds", "Information"]
+__all__ = ["LEAST", "TRIES", "WORLDS", "Bits", "Gain", "Information", "PosteriorContext"]
 
 WORLDS = 256
 """Number of worlds by which a claim is measured."""
@@ -155,13 +155,13 @@ class Gain(NamedTuple):
         return self.saved / self.valued_bits if self.valued_bits else None
 
 
-class Grounds(NamedTuple):
-    """By which it is found out what a student can know."""
+class PosteriorContext(NamedTuple):
+    """What is needed to infer what a student can know."""
 
     posterior: Posterior[Any]
     """Draws worlds."""
     oracle: Oracle[Any, Any]
-    """Starts in these: another one than that of a teacher, with a lab of its own."""
+    """Judges in the drawn worlds; not the oracle of a teacher, and with a lab of its own."""
 
 
 class DrawnWorld:
@@ -190,7 +190,7 @@ class Information:
     For each turn, `see` what happened, then `hear` what was said of it.
 
     Args:
-        grounds: by which it is found out.
+        context: the posterior, and an oracle for the worlds that it draws.
         rng: draws the worlds, apart from all streams of the lesson.
         worlds: number of worlds by which a claim is measured; None: `WORLDS`.
 
@@ -200,11 +200,11 @@ class Information:
 
     _trust = 1.0  # in what is heard
 
-    def __init__(self, grounds: Grounds, rng: np.random.Generator, worlds: int | None = None) -> None:
+    def __init__(self, context: PosteriorContext, rng: np.random.Generator, worlds: int | None = None) -> None:
         worlds = WORLDS if worlds is None else worlds
         if not is_count(worlds):
             raise ValueError(f"worlds must be an integer of at least 1, got {worlds!r}")
-        self._posterior, self._oracle = grounds
+        self._posterior, self._oracle = context
         self._rng, self._worlds = rng, worlds
         # Few worlds, which are drawn again and again.
         self._keeps = self._posterior.exact and not self._posterior.chancy
