@@ -37,7 +37,7 @@ GROUPS = {
     "Results": {
         "docs/results": (),
         "docs/what-personalities-do": (),
-        "docs/known-results": ("docs/known-results/*",),
+        "docs/known-results": (),
         "docs/teaching-on-a-budget": (),
         "docs/learn-to-teach": (),
         "docs/speed": (),

@@ -86,7 +86,7 @@ def test_students_that_believe_what_they_hear_follow_hedged_advice(student):
     assert followed == advised > 10
 
 
-@pytest.mark.parametrize("student", ["bayesian", "tamer", "coach", "reasoner(worlds=8)", "random", "advise"])
+@pytest.mark.parametrize("student", ["bayesian", "tamer", "reasoner(worlds=8)", "random"])
 def test_other_students_take_hedges(student):
     options = {"map": True} if student.startswith("reasoner") else {}
     env = StudentEnv(GRID, teacher=hedging(), max_turns=6, **options)

@@ -60,7 +60,7 @@ def told(belief, *claims, turn=0):
             "hn",
             ("random",),
         ),  # blame of one arm says nothing of the others: who avoids what was blamed does as well
-        (ARMS, "r", ("random", "coach(listens='rewards')")),
+        (ARMS, "r", ("random",)),
     ],
 )
 def test_it_learns_where_nothing_is_advised(id, kinds, others):

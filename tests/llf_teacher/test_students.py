@@ -388,18 +388,3 @@ def test_a_line_that_no_text_has_is_not_written(number):
     observation = {"state": world.describe(world.observe()), "instruction": "", "feedback": said}
     student.act(observation | {"feedback": ""}, {})
     assert len(student.act(observation, {})) < 10_000
-
-
-def test_the_deep_student_says_what_it_lacks(monkeypatch):
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    deep = parse_student("dqn(forget=False)")
-    env = llf_teacher.make("llf-gridworld-v0")
-    for use in (lambda: deep.check({}), lambda: deep.seat(env.family, env.session.world)):
-        with pytest.raises(ModuleNotFoundError, match=r"the student dqn needs 'torch'.*llf-teacher\[learn\]"):
-            use()
-
-
-@pytest.mark.parametrize("wrong", ["alpha=2", "hidden=0", "memory=31", "sync=0", "hidden=1.5"])
-def test_the_deep_student_says_what_is_allowed(wrong):
-    with pytest.raises(ValueError, match=f"{wrong.partition('=')[0]} must be"):
-        parse_student(f"dqn({wrong})")

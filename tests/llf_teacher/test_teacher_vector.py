@@ -64,9 +64,6 @@ def known(student, states):
             return [student._values.get(state, unseen) for state in states]
         case "tamer":
             return [student._human((state,)) for state in states]
-        case "sabl":
-            unseen = np.zeros((student.actions, student._log.shape[2]))
-            return [student._heard.get(state, unseen) for state in states]
         case "obedient":
             return [[*student._right.get(state, {})] for state in states]
         case "ucb":
@@ -157,14 +154,12 @@ def test_lessons_live_on_as_their_rows(id, life):
 
 STUDENTS = (
     "tamer(forget=False, alpha=0.5)",
-    "sabl(forget=False)",
-    "sabl(forget=False, infers=True, error=0.2)",
     "ucb(forget=False, trust=0.6)",
     "ucb(trust=1.0, scale=0.2)",
     "tamer | stubborn(p=0.4)",
     "ucb(trust=1.0) | skims(kinds='a', p=0.5) | stubborn(p=0.3) | mishears(p=0.3)",
     "q_learning(forget=False, trust=0.5, optimism=0.1) | mishears(p=0.7) | skims(kinds='fp+hp', p=0.5)",
-    "sabl(forget=False) | mishears(p=0.5) | forgetful(half_life=2)",
+    "tamer(forget=False) | mishears(p=0.5) | forgetful(half_life=2)",
     "ucb(forget=False, trust=0.5) | forgetful(half_life=2)",
 )
 """Students and traits with a form in arrays."""
@@ -194,11 +189,12 @@ def test_other_students_live_on_as_their_rows(student, id, life):
     check_lifetimes(id, 3, **lived_by_others({**life, "student": student}))
 
 
-@pytest.mark.parametrize("student", ["tamer(forget=False)", "sabl(forget=False)"])
-def test_success_is_misheard_alike(student):
-    """The last praise of an episode, from which these students learn for the next one."""
+def test_success_is_misheard_alike():
+    """The last praise of an episode, from which the student learns for the next one."""
     options = {"feedback_type": "hp", "episodes": 5, "max_turns": 2, "until_success": True}
-    compared = check_lifetimes(GRID, 20, 3, AutoresetMode.NEXT_STEP, student=f"{student} | mishears(p=0.5)", **options)
+    compared = check_lifetimes(
+        GRID, 20, 3, AutoresetMode.NEXT_STEP, student="tamer(forget=False) | mishears(p=0.5)", **options
+    )
     assert compared["successes"] > 10
 
 
@@ -334,7 +330,7 @@ def test_the_named_rewards_are_those_of_the_seats():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"student": "text_only"}, "text_only cannot play in arrays; allowed: obedient, q_learning, sabl, tamer, ucb;"),
+        ({"student": "text_only"}, "text_only cannot play in arrays; allowed: obedient, q_learning, tamer, ucb;"),
         ({"student": "obedient"}, r"in arrays the student obedient needs actions in a box, got Discrete\(4\)"),
         (
             {"student": f"{LEARNER} | stubborn | partial_plan"},

@@ -32,7 +32,7 @@ from teachers.atoms import Utterance
 GRID, ARMS = "llf-gridworld-v0", "llf-bandits-BanditTenArmedGaussian-v0"
 ALL = "obedient | forgetful(half_life=4) | stubborn(p=0.2) | mishears(p=0.3) | capitulates(after=1.5)"
 ALL += " | skims(kinds='hp+fp') | partial_plan(k=3)"
-BARE = ("obedient", "text_only", "bayesian", "q_learning(trust=0.5)", "tamer", "advise")
+BARE = ("obedient", "text_only", "bayesian", "q_learning(trust=0.5)", "tamer")
 
 
 def episode(id, student, teacher="oracle", feedback="a", instruction="b", seed=0, turns=10):

@@ -52,12 +52,50 @@ def test_teaching_on_a_budget(tmp_path):
 @pytest.mark.full
 def test_late_or_wrong(tmp_path):
     out = printed(
-        "late_or_wrong", "--seeds", 2, "--workers", 1, "--store", tmp_path / "it.db", "--plot", tmp_path / "it.png"
+        "known_results/late_or_wrong",
+        *("--seeds", 2, "--workers", 1, "--store", tmp_path / "it.db", "--plot", tmp_path / "it.png"),
     )
     rows = [line.split(" | ") for line in out.splitlines()[2:]]
     assert len(rows) == 9
     assert rows[0][0] == "| all families"
     assert (tmp_path / "it.png").stat().st_size > 10_000
+
+
+@pytest.mark.full
+@pytest.mark.parametrize(
+    ("name", "rows", "effects"),
+    [("budget", 7, 6), ("asking", 13, 2), ("curriculum", 3, 10), ("rules", 6, 4), ("half", 6, 8)],
+)
+def test_known_results(tmp_path, name, rows, effects):
+    """Two seeds decide nothing."""
+    out = printed(f"known_results/{name}", "--seeds", 2, "--plot", tmp_path / "it.png")
+    measured, judged, verdict = out.split("\n\n")
+    assert len(measured.splitlines()) == 2 + rows
+    assert len(judged.splitlines()) == 2 + effects
+    assert judged.count("| open |") == effects
+    assert verdict == f"Verdict: open (0 of {effects} effects found, 2 seeds)\n"
+    assert (tmp_path / "it.png").stat().st_size > 10_000
+
+
+def test_a_verdict_on_known_results(monkeypatch, capsys):
+    """An effect is tested against the smallest that counts, after Holm, and a verdict is the worst of its effects."""
+    monkeypatch.syspath_prepend(ROOT / "examples" / "known_results")
+    shared = importlib.import_module("_shared")
+    beside, noise = np.full(20, 10.0), np.linspace(-0.5, 0.5, 20)
+    cases = {5.0: "yes", 9.0: "open", 9.9: "no"}  # a tenth of 10 counts
+    for own, verdict in cases.items():
+        shared.print_verdict([shared.saving("less", own + noise, beside)])
+        assert f"Verdict: {verdict} (" in capsys.readouterr().out
+    effects = [shared.saving("less", own + noise, beside) for own in cases]
+    for several, verdict in ((effects[:2], "open"), (effects, "no")):
+        shared.print_verdict(several)
+        assert f"Verdict: {verdict} (1 of {len(several)} effects found, 20 seeds)" in capsys.readouterr().out
+    alone = shared.Effect("significant alone, at 0.031", np.arange(1.0, 7.0), np.zeros(6))
+    nothing = shared.Effect("nothing", np.array([1.0, -1.0, 2.0, -2.0, 3.0, -3.0]), np.zeros(6))
+    shared.print_verdict([alone])
+    assert "Verdict: yes " in capsys.readouterr().out
+    shared.print_verdict([alone, nothing, nothing])
+    assert "Verdict: open (0 of 3 effects found, 6 seeds)" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -5,36 +5,73 @@ from typing import Any
 
 import numpy as np
 
-from llf_teacher.students.batches import Seats
-from llf_teacher.students.batches.evaluated import EvaluatedBatch
-from llf_teacher.students.evaluated import Evaluated
+from llf_teacher.students.batches import Seats, StudentBatch
+from llf_teacher.students.builtin.tamer import Tamer
+from llf_teacher.students.scene import HeardBatch
 from llf_teacher.students.student import Policy
-from worlds.batches import Floats, Ints
+from teachers.atoms import HN, HP
+from teachers.feedback import BIT
+from worlds.batches import Bools, Floats, Ints, most
 
 
-class Tamers(EvaluatedBatch):
-    """A table of expected labels per row."""
+class Tamers(StudentBatch[Tamer]):
+    """A table of expected labels per row; arguments as of the base."""
 
-    def __init__(self, spec: Evaluated, seats: Seats) -> None:
+    def __init__(self, spec: Tamer, seats: Seats) -> None:
         super().__init__(spec, seats)
         self.table = np.zeros((seats.rows, seats.states, seats.actions))
         """Expected label per row, state and action."""
+        self._count = np.zeros(seats.rows, np.int64)  # steps of the episode
+        self._depth = seats.late + 1
+        self._steps = np.zeros((seats.rows, self._depth), np.int64)  # state * actions + action of the last ones
 
     def clear(self, rows: Ints) -> None:
         """Forget all labels."""
         self.table[rows] = 0
 
-    def hear(self, rows: Ints, steps: Ints, labels: Floats, late: bool = False) -> None:
-        """A step towards the labels; silence is not a label."""
-        alpha = np.where(labels, self.parameter("alpha", rows), 0.0)
-        at, values = rows * self.states * self.actions + steps, self.table.reshape(-1)
-        values[at] += alpha * (labels - values[at])
+    def start(self, rows: Ints) -> None:
+        """Begin an episode with what is remembered."""
+        self._count[rows] = 0
 
-    def choose(self, rows: Ints, places: Ints) -> Ints:
-        """Actions of the greatest predictions."""
-        return self.best(rows, self.table[rows, places])
+    def act(self, rows: Ints, places: Ints, rewards: Floats, heard: HeardBatch) -> Ints:
+        """Learn from the labels, then take the actions of the greatest predictions; ties are broken at random."""
+        self._learn(rows, heard.kinds)
+        predictions = self.table[rows, places]
+        ties = predictions >= most(predictions)[:, None] - 1e-12
+        actions: Ints = ties.argmax(axis=1)
+        several = np.flatnonzero(np.count_nonzero(ties, axis=1) > 1)
+        actions[several] = self.drawn_from(ties[several], rows[several])
+        self._count[rows] += 1
+        self.take(rows, places, actions)
+        return actions
+
+    def take(self, rows: Ints, places: Ints, actions: Ints) -> None:
+        """Note the actions of a turn."""
+        self._steps[rows, (self._count[rows] - 1) % self._depth] = places * self.actions + actions
+
+    def finish(self, rows: Ints, places: Ints, rewards: Floats, terminated: Bools, heard: HeardBatch) -> None:
+        """Learn from the labels of the last actions."""
+        self._learn(rows, heard.kinds)
+        self._count[rows] = 0
+
+    def _learn(self, rows: Ints, kinds: Ints) -> None:
+        """A step towards the labels: 1 praise, -1 blame; silence is not a label."""
+        labels = (kinds & BIT[HP] > 0).astype(float) - (kinds & BIT[HN] > 0)
+        labelled = np.flatnonzero((labels != 0) & (self._count[rows] > self.late))
+        rows, labels = rows[labelled], labels[labelled]
+        at, values = rows * self.states * self.actions + self._step(rows, self.late), self.table.reshape(-1)
+        values[at] += self.parameter("alpha", rows) * (labels - values[at])
+
+    def _step(self, rows: Ints, ago: int) -> Ints:
+        step: Ints = self._steps[rows, (self._count[rows] - 1 - ago) % self._depth]
+        return step
 
     def teach(self, policy: Policy[Any], row: int, turn: int, seen: Sequence[Any], here: int) -> None:
-        """Copy the memory of a row, including its table."""
-        super().teach(policy, row, turn, seen, here)
-        policy.recall(dict(zip(seen, self.table[row], strict=True)))  # type: ignore[attr-defined]  # the tamer policy's
+        """Copy the table of a row, and of the steps those that may still be evaluated."""
+        policy.rng = self.streams.stream(row)
+        count, steps = int(self._count[row]), []
+        for ago in reversed(range(count)):
+            place, action = divmod(int(self._step(np.array([row]), ago)[0]), self.actions)
+            steps.append(((seen[place],), action))
+        policy.resume_at(steps)  # type: ignore[attr-defined]  # a method of the tamer policy
+        policy.recall(dict(zip(seen, self.table[row], strict=True)))  # type: ignore[attr-defined]  # likewise

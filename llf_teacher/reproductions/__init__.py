@@ -1,1 +1,0 @@
-"""Reproductions of known results, for `llf reproduce`: one module per result in `rows`, found by its name."""

@@ -1,1 +1,0 @@
-"""The rows of docs/known-results.md: one module per row, with `ROW`."""
