@@ -7,7 +7,7 @@ from importlib import import_module
 from types import MappingProxyType
 
 from llf_teacher.suite import experiments
-from llf_teacher.suite.places import ARMS, HOUSE
+from llf_teacher.suite.environments import ARMS, HOUSE
 
 TURNS, SEEDS = 12, 20
 """Turns of every lesson, at most, and worlds of most experiments."""

@@ -250,7 +250,7 @@ def test_merged_rows_keep_their_definitions(tmp_path):
     ],
 )
 def test_a_recalled_study_is_the_study(study):
-    recalled = Study.recalled({"study": study.as_dict()})
+    recalled = Study.from_manifest({"study": study.as_dict()})
     assert recalled == study
     assert list(recalled.episodes()) == list(study.episodes())
 

@@ -23,9 +23,9 @@ from llf_teacher.studies.analysis.resampling import sign_flips
 from llf_teacher.suite import Card, all_experiments, check, compare, digest, experiments, take, taking
 from llf_teacher.suite.card import AbilityLine, CardError, check_file, checksum
 from llf_teacher.suite.comparing import _difference
+from llf_teacher.suite.environments import ARMS, FILMS, OPTIONS
 from llf_teacher.suite.estimate import estimate
 from llf_teacher.suite.experiment import ORDER
-from llf_teacher.suite.places import ARMS, FILMS, OPTIONS
 from llf_teacher.suite.score import Arms, score
 from llf_teacher.suite.taking import chosen, seeds_of, studies_of
 
