@@ -33,6 +33,14 @@ def rng(request):
 
 
 @pytest.fixture
+def no_settings(monkeypatch):
+    """No settings for language models but a test's own."""
+    for name in ("MODEL", "BASE_URL", "API_KEY", "CACHE", "BUDGET", "TIMEOUT", "RETRIES"):
+        monkeypatch.delenv(f"LLF_LLM_{name}", raising=False)
+        monkeypatch.delenv(f"OPENAI_{name}", raising=False)
+
+
+@pytest.fixture
 def short_trials():
     """Planners try environments less, but for tests that ask for `long_trials`, and by `pytest -m full`."""
     from trials import shorten  # imported late, as most tests plan nothing

@@ -1,6 +1,7 @@
-"""`llf play`: play the student or the teacher in the terminal."""
+"""`llf play`: play the student or the teacher in the terminal, or watch a student with its teacher."""
 
 import math
+import os
 import re
 import secrets
 from collections.abc import Callable
@@ -14,17 +15,20 @@ from rich.text import Text
 from llf_teacher import cli
 from llf_teacher.cli import complete_id, complete_student, complete_teacher, read_options, search_here
 from llf_teacher.escaping import escape_control_chars
+from llf_teacher.models.replies import LENGTH
+from llf_teacher.theme.turns import prepare_turns
 from pz_envs.seats import STUDENT, TEACHER
 from teachers.atoms import KINDS, ParseFailure
 from teachers.feedback import number_of, parse_kinds
 from teachers.spec import unknown
 from teachers.terminal import Waiting
-from teachers.words import KIND_MEANINGS, KIND_WORDS
+from teachers.words import KIND_MEANINGS, KIND_WORDS, VERDICTS, VerdictWord, kind_word
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from llf_teacher.episodes.live import LiveLesson
+    from llf_teacher.episodes.record import TurnRow
     from teachers.atoms import Claim
     from teachers.session import Session
     from teachers.teacher_turn import TeacherTurn
@@ -59,17 +63,24 @@ def add_to(app: typer.Typer) -> None:
 
 def play(
     id: Annotated[str, typer.Argument(help="Environment, as `llf list` shows it.", autocompletion=complete_id)],
-    seat: Annotated[str, typer.Option(help="Your seat: student or teacher.")] = "student",
+    seat: Annotated[
+        str | None, typer.Option(help="Your seat: student, the default without --student, or teacher.")
+    ] = None,
     teacher: Annotated[
         str,
         typer.Option(
-            help="Spec of the teacher's personality; in the teacher's seat, of the one that offers you claims.",
+            help="Spec of the teacher's personality; in the teacher's seat, of the one that offers you claims. To "
+            "watch, also llm_teacher(...) or module:factory.",
             autocompletion=complete_teacher,
         ),
     ] = "oracle",
     student: Annotated[
-        str, typer.Option(help="Spec of the student that you teach.", autocompletion=complete_student)
-    ] = "obedient",
+        str | None,
+        typer.Option(
+            help="Spec of the student that you teach, by default obedient; without --seat you watch it.",
+            autocompletion=complete_student,
+        ),
+    ] = None,
     instruction_type: cli.InstructionType = "b",
     feedback_type: cli.FeedbackType = "a",
     budget: Annotated[int | None, typer.Option(help="Most claims that you can make as the teacher.")] = None,
@@ -89,12 +100,23 @@ def play(
 ) -> None:
     """Play the student: read the feedback and type actions. Or play the teacher: choose the feedback, or word it.
 
+    With `--student` and without `--seat`, watch: turn by turn what the student answers, what was taken as its action,
+    what the teacher says, and whether each sentence is true.
+
     `undo` takes a turn back, `?` or `help` shows the rules; `q`, `quit`, `exit` or Ctrl-D leaves, and `:q` does where
     `q` may be an answer. What is no action, or not among those that the world lists, costs no turn. An empty line ends
     a text of several lines and is ignored elsewhere. Set NO_COLOR to switch colours off.
     """
-    if seat not in ("student", "teacher"):
+    if seat is None:
+        seat = "student" if student is None else "none"
+    elif seat == "student" and student is not None:
+        raise ValueError(f"with --seat student you are the student, got --student {student!r}; leave out one of them")
+    elif seat not in ("student", "teacher"):
         raise ValueError(f"seat {seat!r} is unknown; allowed: student, teacher")
+    if seat == "none" and (bits or own_words or budget is not None):
+        raise ValueError(
+            "--bits, --own-words and --budget are for your own seat; use --seat teacher, or leave them out"
+        )
     if bits and seat == "student":
         raise ValueError("a student cannot see how much claims say; use --seat teacher, or leave out --bits")
     if own_words and (bits or seat == "student"):
@@ -103,13 +125,18 @@ def play(
         )
         raise ValueError(f"{why}, or leave out --own-words")
     console = Console(emoji=False, highlight=False)
+    seed = secrets.randbelow(2**31) if seed is None else seed
+    if seat == "none":
+        given = {"instruction_type": instruction_type, "feedback_type": feedback_type, "max_turns": max_turns}
+        _watch(console, id, student or "", teacher, seed, given | read_options(option))
+        return
     try:
         with Waiting(f"Preparing {id}"):
             lesson = _lesson(
                 id,
                 seat,
-                student,
-                secrets.randbelow(2**31) if seed is None else seed,
+                student or "obedient",
+                seed,
                 bits,
                 read_options(option),
                 teacher=teacher,
@@ -151,6 +178,85 @@ def _lesson(
         **settings,
     )
     return LiveLesson(found, lesson, seed, frozenset((TEACHER if teaches else STUDENT,)), player, worlds)
+
+
+def _watch(
+    console: Console,
+    id: str,
+    student: str,
+    teacher: str,
+    seed: int,
+    settings: dict[str, Any],
+) -> None:
+    """An episode of a student and its teacher, shown turn by turn as it is played; `settings` are of `make`."""
+    from llf_teacher.episodes.loop import play_turns
+    from llf_teacher.episodes.recorder import Recorder
+    from llf_teacher.gym import StudentEnv
+    from llf_teacher.models import LLMError
+    from llf_teacher.speakers.parsing import NOBODY, PHRASES, speaks_freely
+    from llf_teacher.speakers.speaker import Speaker
+    from llf_teacher.students.parsing import parse_student
+    from llf_teacher.studies.definition.custom_specs import arguments_of, parse_teacher
+
+    search_here()
+    player, taught = parse_student(student), parse_teacher(teacher)
+    player.check(os.environ)
+    if isinstance(taught, Speaker):
+        taught.check(os.environ)
+    with Waiting(f"Preparing {id}"):
+        env = StudentEnv(id, **settings | arguments_of(taught, settings["feedback_type"]), text=player.text)
+        policy = player.seat(env.family, env.session.world)
+        recorder = Recorder(env.family.name, env.student_view, env.teacher)
+        recorder.read(env.family, PHRASES if speaks_freely(taught) else NOBODY)
+    _put(console, Text(f"Seed {seed}. Student: {player}. Teacher: {taught}. Ctrl-C leaves.", "dim"))
+    try:
+        turns = play_turns(env, policy, seed)
+        while True:
+            with Waiting("Waiting for student and teacher"):
+                turn = next(turns, None)
+            if turn is None:
+                break
+            _show_turn(console, recorder.note(**(policy.record() if turn.moment.turn else {})), env.family.name)
+    except LLMError as error:
+        raise ValueError(f"{error}") from None
+    except KeyboardInterrupt:
+        console.print("\nYou left the episode.")
+        return
+    finally:
+        env.close()
+    last, found = recorder.rows[-1], recorder.episode(policy.reads)
+    _say_result(console, last.turn, last.success, found.total_reward)
+
+
+def _show_turn(console: Console, row: "TurnRow", family: str) -> None:
+    """A turn: the answer, what was taken as its action, the world, and the teacher's sentences with their verdicts."""
+    turn = prepare_turns([row._asdict()], family)[0]
+    if row.turn:
+        console.print(Text(f"Turn {row.turn}", "bold"))
+        if row.thought:
+            _put_beside(console, Text("thinks: ", "dim"), Text(escape_control_chars(row.thought), "dim"))
+        if row.answer is not None:
+            cut = " (cut at max_tokens)" if row.finish == LENGTH else ""
+            _put_beside(console, Text(f"answers{cut}: ", "bold"), Text(escape_control_chars(row.answer or "(nothing)")))
+        taken = Text("none: the answer is no action", "red")
+        if row.parse_failure is None:
+            taken = Text(escape_control_chars(f"{turn['did']}"), "bold")
+        _put_beside(console, Text("action: ", "bold"), taken)
+        console.print(f"reward: {row.reward:.4g}")
+    _put_beside(console, Text("sees: ", "dim"), Text(escape_control_chars(row.observation), "dim"))
+    said: list[tuple[Any, str, VerdictWord | None]]
+    said = [(each["kind"], each["text"], VERDICTS[each["label"]]) for each in turn["atoms"]]
+    said += [(each["kind"], each["text"], VERDICTS.get(each["label"])) for each in turn["own"]]
+    if not said and (words := row.instruction if not row.turn else row.feedback):
+        said = [(None, words, None)]
+    for kind, text, verdict in said:
+        word = "unchecked" if verdict is None else f"{verdict}"
+        style = "" if verdict is None or verdict.holds is None else "green" if verdict.holds else "red"
+        lead = Text(f"teacher, {kind_word(kind, not row.turn)} ", _STYLES.get(kind or "", "bold"))
+        _put_beside(console, lead.append(f"[{word}]: ", style), Text(escape_control_chars(text)))
+    if not said:
+        console.print(Text("teacher: (says nothing)", "dim"))
+    console.print()
 
 
 def _learn(console: Console, lesson: "LiveLesson") -> None:
@@ -311,9 +417,12 @@ def _take_back(console: Console, lesson: "LiveLesson", seat: str) -> None:
 
 def _sum_up(console: Console, lesson: "LiveLesson", costs: float) -> None:
     moment = lesson.session.moment
-    solved = "solved" if moment.success else "not solved"
-    total = math.fsum(row.reward for row in lesson.rows) - costs
-    console.print(f"Over after {moment.turn} turns: {solved}, total reward {total:.4g}.")
+    _say_result(console, moment.turn, moment.success, math.fsum(row.reward for row in lesson.rows) - costs)
+
+
+def _say_result(console: Console, turns: int, success: bool, total: float) -> None:
+    solved = "solved" if success else "not solved"
+    console.print(f"Over after {turns} turns: {solved}, total reward {total:.4g}.")
 
 
 def _word(console: Console, lesson: "LiveLesson", explain: Callable[[], None]) -> str | None:

@@ -106,12 +106,13 @@ def run(
         bool, typer.Option("--fail-fast", help="Start no more episodes after one has failed.")
     ] = False,
     executor: Annotated[
-        str,
+        str | None,
         typer.Option(
             "--executor",
-            help="Executor: processes, threads (for students that wait for a network), here (in this process) or ray.",
+            help="Executor: processes, threads (for students that wait for a network), here (in this process) or ray; "
+            "by default threads for models of this machine, else processes.",
         ),
-    ] = "processes",
+    ] = None,
     address: Annotated[
         str | None,
         typer.Option("--address", help="Address of a Ray cluster; by default one is started on this machine."),
@@ -127,11 +128,15 @@ def run(
     """
     from llf_teacher.studies.definition.study import load_study
     from llf_teacher.studies.execution.limits import Limits
-    from llf_teacher.studies.execution.runner import RunOptions, parse_shard
+    from llf_teacher.studies.execution.runner import RunOptions, asks_here, parse_shard
 
     limits = Limits(episode_seconds, turn_seconds, memory)
+    study = load_study(file)
+    if executor is None:
+        waits = limits == Limits() and address is None and asks_here(study, study.students)
+        executor = "threads" if waits else "processes"
     options = RunOptions(executor, address, limits, parse_shard(shard), retry_failed, fail_fast)
-    _run(load_study(file), store, report, workers, {} if llm_budget is None else {BUDGET: f"{llm_budget}"}, options)
+    _run(study, store, report, workers, {} if llm_budget is None else {BUDGET: f"{llm_budget}"}, options)
 
 
 def report(

@@ -1,5 +1,6 @@
 """Language models by their settings: which model is asked, where and how, in one value that checks all of it."""
 
+import contextlib
 import hashlib
 import json
 import os
@@ -11,8 +12,10 @@ import numpy as np
 
 from llf_teacher.models import settings
 from llf_teacher.models.cache import Cache
-from llf_teacher.models.client import check_extra, connect
+from llf_teacher.models.client import Endpoint, check_extra, connect
 from llf_teacher.models.endpoints import Address, check_name, checked_url, place_of
+from llf_teacher.models.local.catalogue import find, is_local, resolved
+from llf_teacher.models.local.endpoint import asked_as, check_local, connect_local, local_settings
 from llf_teacher.models.replies import Answer, Prices
 from llf_teacher.models.settings import ClientSettings
 from teachers.spec import Spec, check_range
@@ -33,7 +36,8 @@ class ModelSettings:
     """
 
     model: str = ""
-    """Name of the model; by default `LLF_LLM_MODEL`, else `OPENAI_MODEL`."""
+    """Name of the model; by default `LLF_LLM_MODEL`, else `OPENAI_MODEL`. `local:NAME` is a model of this machine, see
+    `llf models`; it has neither `base_url` nor `endpoint`, and its digest is added."""
     base_url: str = ""
     """Its endpoint's address, without `endpoint`; by default `LLF_LLM_BASE_URL`, `OPENAI_BASE_URL` or OpenAI's."""
     temperature: float | None = 0.0
@@ -54,16 +58,15 @@ class ModelSettings:
     """More of the request's body, such as `{'reasoning_effort': 'low'}`."""
 
     def __post_init__(self) -> None:
-        endpoint = self.endpoint or ("" if self.base_url else os.environ.get(settings.ENDPOINT, ""))
-        if endpoint and self.base_url:
-            raise ValueError(f"give base_url or endpoint, not both, got base_url and endpoint={endpoint!r}")
-        object.__setattr__(self, "endpoint", endpoint and check_name(endpoint))
         object.__setattr__(self, "model", self.model or settings.default(settings.MODEL))
         if not isinstance(self.model, str) or not self.model:
             raise ValueError(f"model must be the name of a model, got {self.model!r}; or set {settings.MODEL}")
-        if not endpoint:
-            base_url = self.base_url or settings.default(settings.BASE_URL) or settings.OPENAI
-            object.__setattr__(self, "base_url", checked_url(base_url))
+        if is_local(self.model):
+            if self.endpoint or self.base_url:
+                raise ValueError(f"leave out base_url and endpoint: the model {self.model!r} is served on this machine")
+            object.__setattr__(self, "model", resolved(self.model))
+        else:
+            self._resolve_address()
         if self.temperature is not None:
             check_range("temperature", self.temperature, 0, 10)
         if self.max_tokens is not None:
@@ -76,9 +79,21 @@ class ModelSettings:
         if self.extra is not None:
             _check_extra_body(self.extra)
 
+    def _resolve_address(self) -> None:
+        """Fill in the endpoint's name or address."""
+        endpoint = self.endpoint or ("" if self.base_url else os.environ.get(settings.ENDPOINT, ""))
+        if endpoint and self.base_url:
+            raise ValueError(f"give base_url or endpoint, not both, got base_url and endpoint={endpoint!r}")
+        object.__setattr__(self, "endpoint", endpoint and check_name(endpoint))
+        if not endpoint:
+            base_url = self.base_url or settings.default(settings.BASE_URL) or settings.OPENAI
+            object.__setattr__(self, "base_url", checked_url(base_url))
+
     @property
     def prices(self) -> Prices | None:
-        """USD per million tokens; None unless the prices of input and of output are known."""
+        """USD per million tokens, 0 on this machine; None unless the prices of input and of output are known."""
+        if is_local(self.model) and self.input_price is None and self.output_price is None:
+            return Prices(0.0, 0.0, None)
         if self.input_price is None or self.output_price is None:
             return None
         return Prices(self.input_price, self.output_price, self.cached_price)
@@ -114,9 +129,14 @@ class Model:
     """
 
     def __init__(self, settings: ModelSettings, rng: np.random.Generator | None = None) -> None:
-        address = settings.address()
-        client = ClientSettings.read(address.base_url, key_in=address.key)
-        self._settings, self._endpoint = settings, connect(address.base_url, client, settings.endpoint)
+        self._settings, self._name = settings, settings.model
+        self._endpoint: Endpoint
+        if is_local(settings.model):
+            self._name, self._endpoint = asked_as(settings.model), connect_local(settings.model)
+        else:
+            address = settings.address()
+            client = ClientSettings.read(address.base_url, key_in=address.key)
+            self._endpoint = connect(address.base_url, client, settings.endpoint)
         self._sampling = settings.sampling(rng)
 
     def answer(self, messages: list[dict[str, Any]], form: Mapping[str, Any] | None = None) -> Answer:
@@ -128,7 +148,7 @@ class Model:
         """
         asked = self._settings
         body = {**(form or {}), **self._sampling, **(asked.extra or {})}
-        return self._endpoint.answer({"model": asked.model, "messages": messages, **body}, asked.prices)
+        return self._endpoint.answer({"model": self._name, "messages": messages, **body}, asked.prices)
 
 
 class AsksModel(Spec):
@@ -149,6 +169,12 @@ class AsksModel(Spec):
         for name in _RESOLVED:
             object.__setattr__(self, name, getattr(checked, name))
 
+    def model_facts(self) -> dict[str, Any]:
+        """What identifies a model of this machine, for a manifest; empty if it is not at hand, or is elsewhere."""
+        with contextlib.suppress(ValueError):
+            return {"model": find(self.settings.model).facts()} if is_local(self.settings.model) else {}
+        return {}
+
     def check(self, environment: Mapping[str, str]) -> None:
         """Check that the client is installed, that its settings are allowed and that a spending limit can be kept.
 
@@ -158,8 +184,12 @@ class AsksModel(Spec):
         """
         check_extra()
         asked = self.settings
-        address = asked.address(environment)
-        client = ClientSettings.read(address.base_url, environment, address.key)
+        if is_local(asked.model):
+            check_local(asked.model, environment)
+            client = local_settings(environment)
+        else:
+            address = asked.address(environment)
+            client = ClientSettings.read(address.base_url, environment, address.key)
         if client.budget is not None and asked.prices is None:
             raise ValueError(f"a spending limit needs prices: add {self.price_fields} to {str(self)!r}")
         if client.budget is not None and asked.max_tokens is None:

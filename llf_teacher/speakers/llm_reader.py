@@ -56,5 +56,5 @@ class LLMReader(AsksModel):
         return find_message(Model(self.settings).answer([system, {"role": "user", "content": sentence}], form).text)
 
     def facts(self) -> dict[str, Any]:
-        """The prompt with its SHA-256."""
-        return prompt_facts({"system": _SYSTEM})
+        """The prompt with its SHA-256, and what identifies a model of this machine."""
+        return prompt_facts({"system": _SYSTEM}) | self.model_facts()

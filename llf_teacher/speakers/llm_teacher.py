@@ -148,8 +148,8 @@ class LLMTeacher(AsksModel, Speaker):
         return {"teacher": ModelPolicy(self)}
 
     def facts(self) -> dict[str, Any]:
-        """The prompts, each with its SHA-256."""
+        """The prompts, each with its SHA-256, and what identifies a model of this machine."""
         prompts = {"system": _SYSTEM, "turn": _TURN + _CLAIMS}
         if self.says == "claims":
             prompts = {"system": _COMPOSE, "turn": _TURN + _CLAIMS + _DATA}
-        return prompt_facts(prompts)
+        return prompt_facts(prompts) | self.model_facts()

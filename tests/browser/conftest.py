@@ -1,4 +1,4 @@
-"""The page in a real browser: `.ci/browser` gets one and runs these tests; plain pytest leaves them out.
+"""The page in a real browser: `.ci/run browser` gets one and runs these tests; plain pytest leaves them out.
 
 They are run where `LLF_BROWSER` is set: to a browser's path, or to 1 for the one that is found.
 """

@@ -1,4 +1,4 @@
-"""Executors that need more than the core: `.ci/ray` tests them where it is installed; plain pytest leaves them out."""
+"""Executors that need more than the core: `.ci/run ray` tests them where it is installed; plain pytest does not."""
 
 from importlib.util import find_spec
 

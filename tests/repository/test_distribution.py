@@ -90,7 +90,7 @@ def test_the_lowest_versions_that_are_declared_are_those_that_are_tried():
     assert "-c constraints-lowest.txt" in stage
 
 
-def test_the_newest_python_at_hand_plays_the_default_tests_and_others_smoke():
+def test_each_supported_python_has_a_turn():
     """`tests` and `lowest` play with the Python of the environment and the lowest; what is not at hand is entered."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     versions = [name.rpartition(" ")[2] for name in project["classifiers"] if "Python :: 3." in name]
@@ -101,26 +101,20 @@ def test_the_newest_python_at_hand_plays_the_default_tests_and_others_smoke():
     )
     stands_for = (
         "at_hand() { [[ $1 != 3.13 ]] && echo /usr/bin/python$1; }\n"
-        "enter() { echo $1: $4; }\nstage() { echo $1 $3; }\npython() { echo 3.11; }\n"
+        "enter() { echo $1: $3; }\nstage() { echo $1 $2; }\npython() { echo 3.11; }\n"
     )
-    default = "env COVERAGE_CORE=sysmon pytest -rs --cov --cov-report=term:skip-covered"  # counts lines, too
     command = [shutil.which("bash"), "-c", f"{functions}{stands_for}pythons"]
     assert subprocess.check_output(command, cwd=ROOT, text=True).splitlines() == [
-        "python3.13: NOT PLAYED: not at hand",
-        "python3.12 with_python /usr/bin/python3.12 " + default,
-    ]
-    command[-1] = command[-1].replace("!= 3.13 ]]", "!= 3.14 ]]")
-    assert subprocess.check_output(command, cwd=ROOT, text=True).splitlines() == [
-        "python3.13 with_python /usr/bin/python3.13 " + default,
-        "python3.12 with_python /usr/bin/python3.12 pytest -m smoke -rs",
+        "python3.12 with_python /usr/bin/python3.12",
+        "python3.13: not at hand",
     ]
 
 
 def test_frameworks_take_turns():
-    """`.ci/run` has the time for one of them: the number of commits says for which, so that none is left out."""
+    """`.ci/run` plays one of them: the number of commits says for which, so that none is left out."""
     run = (ROOT / ".ci" / "run").read_text()
     call = "frameworks tests/rl/[a-z]*/ tests/integrations/[a-z]*/"
-    assert f"stage frameworks 10 '{call}'" in run
+    assert f"stage frameworks '{call}'" in run
     function = "frameworks() {" + run.partition("frameworks() {")[2].partition("\n}")[0] + "\n}"
     places = [path for each in ("rl", "integrations") for path in (ROOT / "tests" / each).iterdir()]
     folders = {path.name for path in places if path.is_dir() and path.name[0] != "_"}

@@ -114,8 +114,8 @@ class LLM(AsksModel, Student):
         )
 
     def facts(self) -> dict[str, Any]:
-        """The prompts, each with its SHA-256."""
-        return prompt_facts(texts_of(self.folder))
+        """The prompts, each with its SHA-256, and what identifies a model of this machine."""
+        return prompt_facts(texts_of(self.folder)) | self.model_facts()
 
 
 def _with_digest(prompts: Any) -> str:

@@ -6,7 +6,7 @@ import os
 import platform
 import re
 from bisect import bisect_right
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from importlib import metadata
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
@@ -14,11 +14,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 from llf_teacher.episodes.failure import Failure, failure
 from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.models.cache import spending
+from llf_teacher.models.local.catalogue import is_local
+from llf_teacher.models.local.options import slots
+from llf_teacher.models.model import AsksModel
 from llf_teacher.models.settings import CACHE
 from llf_teacher.speakers.llm_reader import LLMReader
 from llf_teacher.speakers.parsing import parse_reader
 from llf_teacher.speakers.speaker import Speaker
 from llf_teacher.students.parsing import parse_student
+from llf_teacher.students.trait import traits_of
 from llf_teacher.studies.definition.custom_specs import check_portable, parse_teacher
 from llf_teacher.studies.definition.stored_specs import facts_of
 from llf_teacher.studies.definition.study import Study
@@ -77,7 +81,8 @@ class RunOptions(NamedTuple):
     executor: str | None = None
     """A name of `executors.NAMES`.
 
-    None: `here` for one worker without limits, else `processes`, where limits can be enforced by killing a process.
+    None: `threads` without limits where a model of this machine is asked, `here` for one worker without limits, else
+    `processes`, where limits can be enforced by killing a process.
     """
     address: str | None = None
     """Address of the executor's cluster."""
@@ -88,9 +93,16 @@ class RunOptions(NamedTuple):
     fail_fast: bool = False
     """Whether no more episodes begin after a failure."""
 
-    def engine(self, workers: int | None) -> str:
-        """Name of the executor for this number of workers."""
-        return self.executor or ("here" if workers == 1 and self.limits == Limits() else "processes")
+    def engine(self, workers: int | None, waits: bool = False) -> str:
+        """Name of the executor.
+
+        Args:
+            workers: number of episodes at once; None: one per core.
+            waits: whether a model of this machine is asked, for which players wait.
+        """
+        unlimited = self.limits == Limits()
+        by_itself = "here" if workers == 1 and unlimited else "threads" if waits and unlimited else "processes"
+        return self.executor or by_itself
 
 
 class _Tally(NamedTuple):
@@ -197,7 +209,10 @@ class _Run:
             teacher.check(os.environ | self._environment)
         if tally.todo and isinstance(reader := parse_reader(self._study.reader), LLMReader):
             reader.check(os.environ | self._environment)
-        executor = options.engine(workers)
+        waits = asks_here(self._study, tally.students)
+        executor = options.engine(workers, waits)
+        if waits and workers is None and executor == "threads":
+            workers = slots()  # each then keeps its conversation in the model's memory
         if tally.todo and executor not in executors.HERE:
             check_portable((*self._study.teachers, *self._study.transfer.get("teachers", ()), *tally.students))
         self._progress(tally.done, tally.total)
@@ -319,6 +334,14 @@ class _Run:
         error = EpisodeError(f"{self._failed} of {tally.total} episodes failed, the first: {first}")
         error.trace = first.trace
         return error
+
+
+def asks_here(study: Study, students: Iterable[str]) -> bool:
+    """Whether one of these students, or a teacher or the reader of the study, asks a model of this machine."""
+    asking: list[Any] = [traits_of(parse_student(student))[0] for student in students]
+    asking += [getattr(each, "wording", each) for each in speakers(study)]
+    asking.append(parse_reader(study.reader))
+    return any(isinstance(each, AsksModel) and is_local(each.settings.model) for each in asking)
 
 
 def speakers(study: Study) -> Iterator[Speaker]:

@@ -1,0 +1,1 @@
+"""Language models on this machine: their catalogue, their download, and the server process of each."""

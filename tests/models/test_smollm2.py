@@ -1,0 +1,108 @@
+"""SmolLM2-135M behind llama.cpp: a lesson and a quick study, from the commands that a user types."""
+
+import os
+import signal
+
+import pytest
+from commands import llf, llf_apart
+from local_models import ends, gguf
+
+from llf_teacher.models import LLMError, NoAnswerError
+from llf_teacher.models.local import catalogue, endpoint
+from llf_teacher.models.local.server import servers
+from llf_teacher.models.model import Model, ModelSettings
+from llf_teacher.studies import load
+
+STUDENT = "llm(model='local:smollm2-135m', max_tokens=60, history=2, answer='json')"
+STUDY = f"""
+ids = ["llf-gridworld-v0"]
+teachers = ["oracle", "silent"]
+students = ["{STUDENT}"]
+feedback_types = ["fp"]
+seeds = 2
+max_turns = 2
+"""
+ASK = [{"role": "user", "content": "Say hello."}]
+
+
+@pytest.fixture(autouse=True)
+def model(monkeypatch):
+    """The model; its server is left behind at the end."""
+    monkeypatch.setenv("LLF_CACHE", os.environ["LLF_TEST_MODELS"])
+    yield catalogue.find(catalogue.resolved("local:smollm2-135m"))
+    for each in endpoint._connected.values():
+        if each._lease is not None:
+            each._lease.close()
+    endpoint._connected.clear()
+    assert all(ends(running.pid) for _, running in servers())
+
+
+def answer(messages, **settings):
+    asked = Model(ModelSettings(model="local:smollm2-135m", **settings))
+    return asked.answer(messages)
+
+
+def test_a_lesson_is_played():
+    done = llf("play", "llf-gridworld-v0", "--student", STUDENT, "--seed", "3", "--max-turns", "2")
+    assert done.returncode == 0, done.stderr
+    for part in ("answers: {", "action: ", "[✓ true]: ", "Over after "):
+        assert part in done.stdout
+
+
+def test_a_study_is_played_and_recomputed_without_a_server(tmp_path):
+    (tmp_path / "study.toml").write_text(STUDY)
+    done = llf_apart("study", "run", "study.toml", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    with load(tmp_path / "llf-study.db") as played:
+        before = sorted(played.rows(), key=lambda row: row["key"])
+        assert (
+            played.manifest["students"][before[0]["student"]]["model"]["sha256"]
+            == catalogue.KNOWN["smollm2-135m"].sha256
+        )
+        assert "xllamacpp" in played.manifest["versions"]
+    assert {row["parse_failures"] for row in before} == {0}  # answers are constrained
+    asked = sum(row["answers"] for row in before)
+    assert asked == sum(row["turns"] for row in before)
+    cache = f"{tmp_path / 'llf-study.llm.db'}"
+    again = llf("study", "run", "study.toml", "--store", "again.db", cwd=tmp_path, LLF_LLM_CACHE=cache)
+    assert again.returncode == 0, again.stderr
+    with load(tmp_path / "again.db") as recomputed:
+        assert sorted(recomputed.rows(), key=lambda row: row["key"]) == before
+    assert not endpoint._connected or all(each._lease is None for each in endpoint._connected.values())
+
+
+def test_a_model_teaches():
+    teacher = "llm_teacher(model='local:smollm2-135m', max_tokens=30)"
+    done = llf(
+        "play", "llf-gridworld-v0", "--student", "random", "--teacher", teacher, "--seed", "3", "--max-turns", "1"
+    )
+    assert done.returncode == 0, done.stderr
+    assert "teacher, " in done.stdout
+
+
+def test_the_same_question_has_the_same_answer():
+    first = answer(ASK, max_tokens=12)
+    assert first.text
+    assert first.usage.output_tokens <= 12
+    assert answer(ASK, max_tokens=12).text == first.text
+
+
+def test_what_does_not_fit_is_one_message(monkeypatch):
+    monkeypatch.setenv("LLF_LOCAL_CONTEXT", "512")
+    with pytest.raises(NoAnswerError, match=r"exceeds the available context size .* or set LLF_LOCAL_CONTEXT to more"):
+        answer([{"role": "user", "content": "word " * 900}])
+
+
+def test_a_server_that_is_killed_is_one_message():
+    answer(ASK, max_tokens=2)
+    ((_, running),) = servers()
+    os.kill(running.pid, signal.SIGKILL)
+    with pytest.raises(LLMError, match=r"ended while it was asked.*its log is"):
+        answer([{"role": "user", "content": "Say goodbye."}], max_tokens=2)
+
+
+def test_a_file_that_llama_cpp_cannot_load_is_one_message(tmp_path, monkeypatch):
+    monkeypatch.setenv("LLF_CACHE", f"{tmp_path / 'cache'}")
+    assert llf("models", "add", gguf(tmp_path / "empty.gguf")).returncode == 0
+    with pytest.raises(LLMError, match=r"the server of the model 'empty' ended while it began: .*its log is"):
+        Model(ModelSettings(model="local:empty")).answer(ASK)
