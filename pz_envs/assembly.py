@@ -14,7 +14,7 @@ from pz_envs.settings import Settings
 from pz_envs.student_view import StudentView
 from pz_envs.subject import Subject
 from pz_envs.teacher_view import TeacherView
-from pz_envs.text_mode import read_text, read_verbatim
+from pz_envs.text.actions import read_text, read_verbatim
 from teachers.budget import Budget
 from teachers.personality import Personality
 from teachers.session import Read, Session

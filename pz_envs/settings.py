@@ -124,7 +124,7 @@ class Settings:
     until_success: bool = False
     """Whether success ends the episode; it never does where a task is asked repeatedly."""
     ask_cost: float | None = None
-    """What the student pays for asking, at least 0; None: it cannot ask. See `pz_envs.asking`."""
+    """What the student pays for asking, at least 0; None: it cannot ask. See `pz_envs.text.questions`."""
     failure_reward: float | None = None
     """Reward of a text that is no action, in the world's `reward_range`; None: the world's own, too low to exploit."""
     render_mode: str | None = None

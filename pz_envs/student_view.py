@@ -5,12 +5,12 @@ from typing import Any
 
 from gymnasium import spaces
 
-from pz_envs.answers import split_thought
-from pz_envs.asking import ASK, asking_space, read_question
 from pz_envs.frames import EpisodeRenderer
 from pz_envs.numbers import Field, Numbers
 from pz_envs.settings import Settings
-from pz_envs.text_mode import failure
+from pz_envs.text.actions import failure
+from pz_envs.text.questions import ASK, asking_space, read_question
+from pz_envs.text.thoughts import split_thought
 from teachers.atoms import Moment
 from teachers.belief import Sealed
 from teachers.session import Session

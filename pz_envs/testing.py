@@ -21,7 +21,7 @@ from pettingzoo.utils.conversions import turn_based_aec_to_parallel
 from pz_envs.family import Family
 from pz_envs.seats import STUDENT, TEACHER
 from pz_envs.settings import SPEECHES
-from pz_envs.text_mode import read_exactly
+from pz_envs.text.actions import read_exactly
 from teachers.atoms import ActionClaim, Atom, EditClaim, PlanClaim
 from teachers.feedback import SUBSETS
 from teachers.oracle import Oracle

@@ -1,6 +1,5 @@
 """What can be said in a family: as JSON Schema, and as claims that are made from JSON, strictly and within bounds."""
 
-import json
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -8,7 +7,7 @@ from dataclasses import fields
 from enum import Enum
 from functools import cache, cached_property
 from inspect import cleandoc
-from itertools import islice, pairwise
+from itertools import pairwise
 from operator import itemgetter
 from typing import Annotated, Any, NamedTuple, get_args, get_origin
 
@@ -22,13 +21,11 @@ __all__ = [
     "LONGEST_TEXT",
     "Message",
     "Vocabulary",
-    "find_message",
     "holds",
     "in_own_words",
     "names_of",
     "sentences_of",
     "storable",
-    "unique_keys",
 ]
 
 
@@ -236,36 +233,6 @@ class Vocabulary:
 
 
 _KEYS = ("claims", "text")
-
-
-def find_message(text: str) -> Any:
-    """The first JSON object in a text that has claims, or the only one; other words may stand around it. Else None.
-
-    Time and memory are linear in the text's length: the first `MOST_CLAIMS` braces are tried.
-    """
-    for brace in islice(_OBJECT.finditer(text), MOST_CLAIMS):
-        try:
-            found, end = _DECODER.raw_decode(text, brace.start())
-        except (ValueError, RecursionError):
-            continue
-        if "claims" in found or (brace.start(), end) == (text.find("{"), text.rfind("}") + 1):
-            return found
-    return None
-
-
-def unique_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """The `object_pairs_hook` of `json` that refuses an object in which a key occurs twice."""
-    if len(found := dict(pairs)) < len(pairs):
-        raise ValueError(f"each key must occur once, got {', '.join(key for key, _ in pairs):.80}")
-    return found
-
-
-def _refuse(constant: str) -> Any:
-    raise ValueError(f"{constant} is no number of JSON")
-
-
-_OBJECT = re.compile(r'\{(?=\s*["}])')
-_DECODER = json.JSONDecoder(object_pairs_hook=unique_keys, parse_constant=_refuse)
 
 
 def holds(claim: Claim, moment: Moment[Any], oracle: Oracle, voice: Phrasebook | None = None) -> bool:

@@ -19,7 +19,7 @@ from teachers.atoms import FP, KINDS, Atom, Claim, Label, action_of
 from teachers.schema import sentences_of, storable, without
 
 if TYPE_CHECKING:
-    from pz_envs.checking import CheckedSentence
+    from pz_envs.text.claims import CheckedSentence
     from teachers.information import Bits
 
 

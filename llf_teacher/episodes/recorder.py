@@ -17,7 +17,7 @@ from teachers.schema import without
 from teachers.session import Turn
 
 if TYPE_CHECKING:
-    from pz_envs.checking import ClaimReader
+    from pz_envs.text.claims import ClaimReader
     from teachers.information import Bits, Information
 
 __all__ = ["Recorder"]
@@ -66,7 +66,7 @@ class Recorder:
         """
         self._reader = None
         if reader != NOBODY:
-            from pz_envs.checking import ClaimReader
+            from pz_envs.text.claims import ClaimReader
 
             session = self._view.session
             self._reader = ClaimReader(family, session.world, session.teacher.oracle, parse_reader(reader))

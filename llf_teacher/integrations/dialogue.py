@@ -8,7 +8,7 @@ from llf_teacher.gym import make
 from llf_teacher.students.conversation import Conversation, Message
 from llf_teacher.students.student import ModelReply
 from llf_teacher.studies.definition.custom_specs import arguments_of, parse_teacher
-from pz_envs.answers import split_thought
+from pz_envs.text.thoughts import split_thought
 from teachers.atoms import KINDS
 from teachers.personality import Personality
 from teachers.seeds import Seeds

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
 
-from pz_envs.answers import Parted, split_thought
+from pz_envs.text.thoughts import SplitReply, split_thought
 
 _TOKENS = 1e6  # prices are per million
 LONGEST = 1_000_000
@@ -58,19 +58,19 @@ class Answer:
     """Parameters of the request that the endpoint does not accept."""
 
     @cached_property
-    def parted(self) -> Parted:
+    def split(self) -> SplitReply:
         """The text with its reasoning split off."""
         return split_thought(self.raw)
 
     @property
     def text(self) -> str:
         """The text without thoughts."""
-        return self.parted.answer
+        return self.split.answer
 
     @property
     def thought(self) -> str:
         """The thoughts, from the endpoint's own field and from between marks; empty if there are none."""
-        return "\n\n".join(filter(None, (self.reasoning, self.parted.thought)))
+        return "\n\n".join(filter(None, (self.reasoning, self.split.thought)))
 
 
 def read(reply: str, prices: Prices | None) -> tuple[Answer | None, Usage]:

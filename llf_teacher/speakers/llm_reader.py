@@ -5,7 +5,8 @@ from typing import Any
 
 from llf_teacher.models.model import AsksModel, Model, prompt_facts
 from llf_teacher.speakers.llm_teacher import ANSWERS, claims_form
-from teachers.schema import Vocabulary, find_message
+from pz_envs.text.json_values import find_message
+from teachers.schema import Vocabulary
 from teachers.spec import unknown
 
 _SYSTEM = (

@@ -10,8 +10,9 @@ import numpy as np
 from llf_teacher.models.model import AsksModel, Model, ModelSettings, prompt_facts
 from llf_teacher.models.replies import Usage
 from llf_teacher.speakers.speaker import Speaker
+from pz_envs.text.json_values import find_message
 from teachers.atoms import FN, FP, Atom, Claim, Moment, ParseFailure, Utterance
-from teachers.schema import LONGEST_TEXT, Message, Vocabulary, find_message
+from teachers.schema import LONGEST_TEXT, Message, Vocabulary
 from teachers.spec import check_range, unknown
 
 KNOWS = ("claims", "nothing")

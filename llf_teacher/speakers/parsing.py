@@ -69,7 +69,7 @@ def speaks_freely(teacher: Any) -> bool:
 
 
 def parse_reader(reader: Any) -> Any:
-    """What reads sentences that are no phrases, as `pz_envs.checking.Model` has it; None for `none` and `exact`.
+    """What reads sentences that are no phrases, as `pz_envs.text.claims.Model` has it; None for `none` and `exact`.
 
     It is `llm_reader(...)`, or a function of the user's own, as in `module:function`.
 

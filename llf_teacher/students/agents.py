@@ -24,7 +24,7 @@ from typing import Any
 from llf_teacher.students.chat import can_answer
 from llf_teacher.students.student import READS, ModelReply, Policy, Student, state_of
 from pz_envs.numbers import Numbers
-from pz_envs.text_mode import failure
+from pz_envs.text.actions import failure
 from teachers.atoms import ParseFailure
 from teachers.spec import SpecCall, call_string, unknown
 from worlds.world import World

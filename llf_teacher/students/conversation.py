@@ -13,10 +13,10 @@ import jinja2
 import numpy as np
 
 from llf_teacher.models.images import data_url
-from llf_teacher.students.answers import ANSWERS, action_in, answer_of, asking, example, written
 from llf_teacher.students.student import state_of
-from pz_envs.answers import Parted, split_thought
-from pz_envs.text_mode import first_answer
+from pz_envs.text.actions import first_answer
+from pz_envs.text.answer_formats import ANSWERS, action_in, answer_of, example, request_fields, written
+from pz_envs.text.thoughts import SplitReply, split_thought
 from teachers.spec import check_range
 from worlds.world import World
 
@@ -107,7 +107,7 @@ class Conversation:
         rng = np.random.default_rng(0) if rng is None else rng
         self._example = "" if world is None else example(answer, written(world.scratch(), rng))
         self._world = world
-        self.options = asking(answer, world)
+        self.options = request_fields(answer, world)
         """Further fields of a request's body."""
         self.clear()
 
@@ -173,7 +173,7 @@ class Conversation:
         self._bytes = _size(messages)
         return messages
 
-    def answer(self, text: str | Parted, *, call: str = "", input_tokens: int | None = None) -> str:
+    def answer(self, text: str | SplitReply, *, call: str = "", input_tokens: int | None = None) -> str:
         """The action in the model's answer, for the environment's `step`.
 
         Args:
@@ -181,13 +181,13 @@ class Conversation:
             call: id of the tool call.
             input_tokens: the endpoint's count of tokens in the messages.
         """
-        parted = split_thought(text)
-        self.said, self.invented = first_answer(parted.answer, self._world)
+        split = split_thought(text)
+        self.said, self.invented = first_answer(split.answer, self._world)
         self._turns.append(Exchange(self._asked, self.said[:_LONGEST], call))
         if input_tokens:
             self._per_byte = min(max(input_tokens / self._bytes, _SPAN[0]), _SPAN[1])
         action, thought = action_in(self.form, self.said)
-        self.thought = "\n\n".join(filter(None, (parted.thought, thought)))
+        self.thought = "\n\n".join(filter(None, (split.thought, thought)))
         return action
 
     def did(self, action: str) -> None:

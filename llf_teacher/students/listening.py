@@ -8,7 +8,7 @@ from teachers.atoms import Atom
 from teachers.schema import without
 
 if TYPE_CHECKING:
-    from pz_envs.checking import ClaimReader
+    from pz_envs.text.claims import ClaimReader
 
 
 class ListeningPolicy(Policy[S_co]):
@@ -21,7 +21,7 @@ class ListeningPolicy(Policy[S_co]):
         """Begin an episode."""
         super().begin()
         if getattr(self.spec, "follows_words", False):
-            from pz_envs.checking import ClaimReader
+            from pz_envs.text.claims import ClaimReader
 
             self._reader = ClaimReader(self.family, self.world)
             self._reader.did(None, 0)

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from llf_teacher.serialization import to_json
-from pz_envs.text_mode import read_text
+from pz_envs.text.actions import read_text
 from teachers.atoms import Claim, claim
 from worlds.batches import Bools, Ints
 from worlds.batches.streams import Streams

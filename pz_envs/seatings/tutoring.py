@@ -53,7 +53,7 @@ class TutoringEnv(OneSessionEnv):
         turn, which also ends when no other claim can be said. The student hears all claims at once, in speaking order.
         Info: the privileged `moment`; `claims`, in the order of the numbers; and `sentences`, one wording of each.
 
-    Asking, with `ask_cost`: in place of an action the student may ask, once a turn; see `pz_envs.asking` for the
+    Asking, with `ask_cost`: in place of an action the student may ask, once a turn; `pz_envs.text.questions` has the
     action. The world does not step and the turn does not count; the teacher gives advice (fp, fn) on the moment, with
     one more entry `asked`, MultiBinary(1), in its observation and `asked` in its info; then the student acts. A second
     question in a turn is handled as a text that is no action: it costs the turn.

@@ -14,7 +14,7 @@ import llf_teacher
 from llf_teacher.registry import PREFIX
 from llf_teacher.tools.audit import audit
 from pz_envs.lesson import Lesson
-from pz_envs.text_mode import parse_action
+from pz_envs.text.actions import parse_action
 from teachers.common import Example
 from teachers.oracle import POSTERIOR
 from teachers.personality import PERSONALITIES, parse_personality

@@ -18,7 +18,7 @@ from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.export import export_names, write_export
 from llf_teacher.studies.export.dialogue import exchanges
 from llf_teacher.studies.store import Store
-from pz_envs.text_mode import parse_action
+from pz_envs.text.actions import parse_action
 from teachers.atoms import ParseFailure
 
 STUDY = Study(

@@ -11,12 +11,12 @@ from llf_teacher.episodes.record import as_dict
 from llf_teacher.gym import StudentEnv
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies import Study, run
+from pz_envs.text.phrases import Reader
 from teachers.atoms import Atom, HedgedClaim, Label, unhedged
 from teachers.common import Late, Probably, hedge
 from teachers.oracles.gridworld.claims import Go
 from teachers.personality import PERSONALITIES, parse_personality
 from teachers.phrasebook import Drawn
-from teachers.reading import Reader
 from teachers.testing import Pupil
 from teachers.voice import voice_names
 from teachers.words import VERDICTS

@@ -12,7 +12,7 @@ from llf_teacher.models.testing import ScriptedEndpoint, refusal
 from llf_teacher.registry import entry
 from llf_teacher.speakers.llm_reader import LLMReader
 from llf_teacher.speakers.parsing import parse_reader
-from pz_envs.checking import EXACT, LONGEST_TEXT, MODEL, MOST_SENTENCES, ClaimReader
+from pz_envs.text.claims import EXACT, LONGEST_TEXT, MODEL, MOST_SENTENCES, ClaimReader
 from teachers.atoms import Moment
 
 pytestmark = pytest.mark.usefixtures("no_settings")

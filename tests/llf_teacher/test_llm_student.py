@@ -3,24 +3,21 @@
 import itertools
 import json
 
-import numpy as np
 import pytest
 
 import llf_teacher
 from llf_teacher.models import LLMError
 from llf_teacher.models.testing import Reply, ScriptedEndpoint, completion, refusal, too_long
 from llf_teacher.registry import PREFIX
-from llf_teacher.students.answers import ANSWERS, action_in, example, schema, written
 from llf_teacher.students.conversation import Conversation
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies.analysis.costs import cost_lines
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.store import Store
-from pz_envs.answers import STOPS
 from pz_envs.family import all_families
-from pz_envs.text_mode import parse_action
-from teachers.atoms import ParseFailure
+from pz_envs.text.answer_formats import ANSWERS
+from pz_envs.text.thoughts import STOPS
 
 GRIDWORLD = "llf-gridworld-v0"
 FAMILIES = [family for family in all_families() if not family.missing()]
@@ -127,28 +124,6 @@ def test_the_prompt_has_an_example_in_place_of_what_could_be_copied():
         record = episode(server.url)
     assert record.episode.parse_failures == 0, "the example is an action"
     assert "<" not in contents(server.requests[0])[0]
-
-
-@pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.name)
-@pytest.mark.parametrize("answer", ANSWERS)
-def test_an_example_is_read_as_an_action_in_each_family(family, answer):
-    world = family.make_world()
-    said = {written(world.scratch(), np.random.default_rng(seed)) for seed in range(5)}
-    for action in said:
-        shown = example(answer, action)
-        assert shown.count("\n") <= 4
-        text, thought = action_in(answer, shown)
-        assert not isinstance(parse_action(text, world), ParseFailure), shown
-        assert bool(thought) == (answer != "text")
-    assert len(said) > 1
-
-
-def test_a_schema_says_what_the_action_is():
-    actions = {family.name: schema(family.make_world())["properties"]["action"] for family in FAMILIES}
-    assert actions["gridworld"] == {"enum": ["north", "east", "west", "south"]}
-    assert actions["bandits"]["type"] == "integer"
-    assert actions["poem"] == {"type": "string"}
-    assert actions["parking"] == {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}
 
 
 @pytest.mark.parametrize("action", ["west", 2])

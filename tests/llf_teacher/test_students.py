@@ -22,10 +22,10 @@ from llf_teacher.students.parsing import STUDENTS, parse_student, student_for
 from llf_teacher.studies.execution.episode import play
 from pz_envs.family import all_families
 from pz_envs.learning import KINDS, Learning, NoRewards
-from pz_envs.text_mode import read_exactly
+from pz_envs.text.actions import read_exactly
+from pz_envs.text.phrases import Reader
 from teachers.atoms import EditClaim, ParseFailure
 from teachers.phrasebook import Draws
-from teachers.reading import Reader
 from teachers.voice import voice_names
 
 SHOWCASE = [PREFIX + family.showcase[0] for family in all_families()]

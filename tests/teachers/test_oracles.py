@@ -12,7 +12,7 @@ from moments import opening
 from sampling import fewer
 
 from pz_envs.family import all_families
-from pz_envs.text_mode import parse_action
+from pz_envs.text.actions import parse_action
 from teachers.atoms import FN, FP, HN, HP, KINDS, ActionClaim, Claim, Moment, ParseFailure, PlanClaim, R
 from teachers.common import Syntax
 from teachers.oracle import RefusalError, claims_of

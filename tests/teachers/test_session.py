@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pz_envs.family import all_families
-from pz_envs.text_mode import read_text
+from pz_envs.text.actions import read_text
 from teachers.atoms import FN, FP, Atom, ParseFailure, Utterance
 from teachers.budget import Budget
 from teachers.common import Reward, TryAgain

@@ -12,7 +12,7 @@ from llf_teacher.models.replies import Answer
 from llf_teacher.students.conversation import Conversation, Message, check_options, digest_of, texts_of
 from llf_teacher.students.student import ModelReply, Student
 from llf_teacher.students.talking import TalkingPolicy
-from pz_envs.answers import STOPS
+from pz_envs.text.thoughts import STOPS
 from teachers.spec import check_range
 
 _DIGEST = "#"  # between a folder of prompts and the digest of its files
@@ -40,7 +40,7 @@ class _Policy(TalkingPolicy["LLM"]):
         """The action in the model's answer."""
         stops = {"stop": list(STOPS)} if self.spec.answer == "text" else {}
         self._last = answer = self._model.answer(messages, stops | self.talk.options)
-        return self.talk.answer(answer.parted, call=answer.call, input_tokens=answer.usage.input_tokens)
+        return self.talk.answer(answer.split, call=answer.call, input_tokens=answer.usage.input_tokens)
 
     def record(self) -> ModelReply:
         """The last answer and its cost."""

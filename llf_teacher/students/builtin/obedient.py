@@ -37,7 +37,7 @@ class Obedient(Believer):
     """Believes every claim about an action, hedged or flat; it reads claims as data, so the wording has no effect."""
 
     follows_words: bool = False
-    """Whether it also believes words without claims, of people and models, as far as `pz_envs.checking` reads them."""
+    """Whether it also believes words of people and models without claims, as far as `pz_envs.text.claims` reads."""
     reads = "atoms"
     policy = _Policy
     batch = "ObedientBatch"

@@ -8,9 +8,9 @@ from typing import Any
 from gymnasium import spaces
 
 from llf_teacher.students.advice import AdviceTaker, Believer
-from pz_envs.text_mode import read_exactly
+from pz_envs.text.actions import read_exactly
+from pz_envs.text.phrases import Reader
 from teachers.atoms import FP, HN, HP, ActionClaim, Claim, EditClaim, ParseFailure, PlanClaim
-from teachers.reading import Reader
 from teachers.voice import voice_names
 
 _BLANK = "..."  # a line without words so far

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from pz_envs import reading
 from pz_envs.family import own_families
-from pz_envs.reading import build_claim, make_reader
+from pz_envs.text import claim_building
+from pz_envs.text.claim_building import build_claim, make_reader
+from pz_envs.text.phrases import SentenceReading, read_sentences
 from teachers.atoms import Moment
-from teachers.reading import SentenceReading, read_sentences
 from teachers.session import Session
 
 FAMILIES = {family.name: family for family in own_families()}
@@ -69,7 +69,7 @@ def test_several_claims_are_candidates_and_too_many_are_not_tried(monkeypatch):
     assert len(several.candidates) == 3
     only = SentenceReading("", go, {"action": "North"}, None, False)
     assert build_claim(only, family, vocabulary).claim is not None
-    monkeypatch.setattr(reading, "MOST_BUILT", 3)
+    monkeypatch.setattr(claim_building, "MOST_BUILT", 3)
     assert build_claim(only, family, vocabulary) == (None, ("Go",))
 
 

@@ -1,13 +1,12 @@
-"""Text in: actions written as text, strict in meaning and tolerant in form. Nothing is ever executed.
+"""Reads a student's text as an action, strict in meaning and tolerant in form. Nothing is ever executed.
 
-An answer is what the world itself reads as an action (`World.read`: its words for actions), or JSON: a number, a string
-with such a word, a list, an object with `action` among its keys, or, where actions are dicts, one with their keys. It
-may stand behind a label such as `Response:`, in a fence, a box of TeX, a tag, in bold, quotes or brackets; a remark may
-follow behind a blank line or in brackets; reasoning that is marked is cut, and so is what the model goes on to say for
-others. Two different actions are none, and nor is one that is denied or taken back.
-
-Where the world's action is itself a text that is taken word for word, only its wrapping is cut: reasoning, labels,
-fences, tags, JSON, a title.
+- An answer is what the world itself reads as an action (`World.read`: its words for actions), or JSON: a number, a
+  string with such a word, a list, an object with the key `action`, or, where actions are dicts, one with their keys.
+- It may stand behind a label such as `Response:`, in a fence, a box of TeX, a tag, bold type, quotes or brackets. A
+  remark may follow after a blank line or in brackets.
+- Marked reasoning is cut, and so are turns that the model invents for others.
+- A text with two different actions is refused, and so is an action that is denied or taken back.
+- Where the world takes a text word for word, only the wrapping is cut: reasoning, labels, fences, tags, JSON, a title.
 """
 
 import json
@@ -17,8 +16,8 @@ from typing import Any
 
 from gymnasium import spaces
 
-from pz_envs.answers import Parted, split_thought, turns_of_others
-from pz_envs.forms import (
+from pz_envs.text.action_parsing import LONGEST, TwoActions, misnamed, read_piece, strict_value, text_in, the_one
+from pz_envs.text.reply_markup import (
     behind_marker,
     fenced,
     labelled,
@@ -31,7 +30,7 @@ from pz_envs.forms import (
     visible,
     without_stops,
 )
-from pz_envs.pieces import LONGEST, TwoActions, misnamed, read_piece, strict_value, text_in, the_one
+from pz_envs.text.thoughts import SplitReply, split_thought, turns_of_others
 from teachers.atoms import ParseFailure
 from worlds.world import World
 
@@ -84,36 +83,36 @@ UNFIT = "it is too long, or has characters that are not allowed"
 
 
 def read_text(action: Any, world: World[Any]) -> Any:
-    """What a student wrote, as an action in canonical form, or a `ParseFailure`.
+    """A student's text as an action in canonical form, or a `ParseFailure`.
 
     Args:
-        action: a string, or what `split_thought` made of it.
-        world: the world whose action it is.
+        action: a string or a `SplitReply`.
+        world: the world in which the student acts.
 
     Raises:
-        ValueError: it is neither.
+        ValueError: the action is neither.
     """
     return parse_action(_checked(action), world)
 
 
 def read_verbatim(action: Any, world: World[Any]) -> Any:
-    """A text, taken as it is by a world whose actions are texts, or a `ParseFailure`; as in `read_text`."""
+    """A text, unchanged, as the action of a world whose actions are texts; otherwise as `read_text`."""
     said = _checked(action)
-    return legal_text(said.text if isinstance(said, Parted) else said, world)
+    return legal_text(said.text if isinstance(said, SplitReply) else said, world)
 
 
-def _checked(action: Any) -> str | Parted:
-    if not isinstance(action, str | Parted):
+def _checked(action: Any) -> str | SplitReply:
+    if not isinstance(action, str | SplitReply):
         raise ValueError(f"the student's action must be a string, got {action!r}; the state is unchanged")
     return action
 
 
-def parse_action(said: str | Parted, world: World[Any]) -> Any:
-    """The action that a text stands for, in canonical form, or a `ParseFailure`.
+def parse_action(said: str | SplitReply, world: World[Any]) -> Any:
+    """The action in a text, in canonical form, or a `ParseFailure`.
 
     Args:
-        said: the text, or what `split_thought` made of it.
-        world: the world whose action it is.
+        said: a text or a `SplitReply`.
+        world: the world in which the student acts.
     """
     thought, answer, text, unended = split_thought(said)
     unended = unended and bool(thought) and not answer
@@ -130,13 +129,13 @@ def parse_action(said: str | Parted, world: World[Any]) -> Any:
 
 
 def first_answer(answer: str, world: World[Any] | None) -> tuple[str, str]:
-    """An answer up to where it goes on to speak for others, and the rest, which a model has invented.
+    """An answer up to the first turn that the model invents for others, and the rest.
 
-    What is quoted before there is an answer belongs to the answer.
+    A turn of others before any answer is a quotation and belongs to the answer.
 
     Args:
         answer: a text without reasoning.
-        world: the world whose action it is; None: only `Response:` tells that there is an answer.
+        world: the world in which the student acts; None: only `Response:` marks an answer.
     """
     for begin in islice(turns_of_others(answer), _FEW):
         said = _RULE.sub("", answer[:begin].strip())
@@ -157,9 +156,9 @@ def _is_verbatim(world: World[Any]) -> bool:
 
 
 def read_exactly(text: str, world: World[Any]) -> Any:
-    """The action of a text that is an action and nothing else, or a `ParseFailure`.
+    """The action of a text that holds nothing else, or a `ParseFailure`.
 
-    Before it may stand anything that ends with `Response:`, but no other answer.
+    Any text that ends with `Response:` may precede it, but no other answer.
     """
     _, *others, answer = map(str.strip, ["", *_MARKER.split(text)])
     if any(others[1:]) and not _is_verbatim(world):
@@ -190,7 +189,7 @@ def failure(text: str, world: World[Any], why: str = NOTHING) -> ParseFailure:
 
 
 def _read(answer: str, got: str, world: World[Any]) -> Any:
-    """The action of a world whose actions are no texts that are taken word for word."""
+    """The action of an answer in a world that does not take texts word for word."""
     if answer.strip().lower() in world.action_words:  # a word may be `wait` or `do not move`
         return read_exactly(answer, world)
     kept = _without_denied(answer, world)
@@ -215,13 +214,13 @@ def _read(answer: str, got: str, world: World[Any]) -> Any:
 
 
 def _action(text: str, world: World[Any]) -> Any:
-    """The action of a text in any form; None if it has none."""
+    """The action of a text in any form; None: it has none."""
     action = None if isinstance(world.action_space, spaces.Text) else read_exactly(text, world)
     return _tolerantly(text, world) if action is None or type(action) is ParseFailure else action
 
 
 def _is_action(text: str, world: World[Any]) -> bool:
-    """Whether a text has an action, or several."""
+    """Whether a text has at least one action."""
     try:
         return _action(text, world) is not None
     except TwoActions:
@@ -229,7 +228,7 @@ def _is_action(text: str, world: World[Any]) -> bool:
 
 
 def _without_denied(answer: str, world: World[Any]) -> str:
-    """The text without what it says not to do."""
+    """The text without the actions that it denies, as in `not north`."""
     kept, at = "", 0
     for found in islice(_NOT.finditer(unquoted(answer)), _MANY):
         if _is_action(answer[slice(*found.span("what"))].strip(), world):
@@ -238,7 +237,7 @@ def _without_denied(answer: str, world: World[Any]) -> str:
 
 
 def _verbatim(answer: str, world: World[Any]) -> Any:
-    """The action of a world whose actions are texts that are taken word for word."""
+    """The action of an answer in a world that takes texts word for word."""
     behind = behind_marker(answer)
     if behind is None and _THOUGHT.match(answer):
         return failure(answer, world, UNMARKED)
@@ -260,7 +259,7 @@ def _verbatim(answer: str, world: World[Any]) -> Any:
 
 
 def _tolerantly(answer: str, world: World[Any]) -> Any:
-    """The one action that an answer names; None if it names none."""
+    """The only action that an answer names; None: it names none."""
     action = read_piece(answer, world)
     if action is not None:
         return action
@@ -273,7 +272,7 @@ def _tolerantly(answer: str, world: World[Any]) -> Any:
 
 
 def _region(text: str, world: World[Any]) -> Any:
-    """The one action of a text that is marked in it, or its first paragraph; what else is there are remarks."""
+    """The only action that a text marks or has as its first paragraph; all else is remarks. None: there is none."""
     marked = [read_piece(span, world) for span in islice(spans(text, world.answer_names), _MANY)]
     parts = paragraphs(text)[:_MANY]
     read = [read_piece(part, world) for part in parts]

@@ -1,7 +1,7 @@
-"""Sentences of a phrasebook, found in a text in linear time.
+"""Finds sentences of a phrasebook in a text in linear time.
 
 A template matches like a regular expression with a lazy group per slot, but without backtracking: the text between two
-slots is searched as a whole, and its first place counts, since whatever follows a later place can follow the first.
+slots is searched as a whole, and its first place counts: what can follow a later place can follow the first.
 """
 
 import re

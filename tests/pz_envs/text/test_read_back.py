@@ -7,8 +7,8 @@ from functools import partial
 import numpy as np
 import pytest
 
-from pz_envs.checking import ClaimReader
 from pz_envs.family import own_families
+from pz_envs.text.claims import ClaimReader
 from teachers.atoms import Moment
 from teachers.templates import Template
 from teachers.testing import Pupil

@@ -1,4 +1,4 @@
-"""Recognition of the phrasebooks' sentences in a text without atoms, word for word."""
+"""Recognises the phrases of phrasebooks in a text, word for word."""
 
 import copy
 import itertools
@@ -10,41 +10,41 @@ from functools import cache
 from operator import itemgetter
 from typing import Any, NamedTuple
 
+from pz_envs.text.phrase_matching import Beginnings, Place, Sentence, Text
 from teachers.atoms import ActionClaim, Claim
 from teachers.common import Late, Probably
 from teachers.phrasebook import Phrasebook
 from teachers.schema import sentences_of
-from teachers.sentences import Beginnings, Place, Sentence, Text
 from teachers.voice import PLAIN
 
 
-class Heard(NamedTuple):
-    """A recognised sentence."""
+class FoundPhrase(NamedTuple):
+    """A phrase that was found in a text."""
 
     claim: type[Claim[Any]]
-    """The class of the claim that it expresses."""
+    """The class of its claim."""
     slots: dict[str, str]
     """The text in each slot."""
     about_turn: int | None
-    """The turn that the sentence names; None if it names none."""
+    """The turn that the phrase names; None: it names none."""
     span: tuple[int, int]
-    """Where it begins and ends in the text."""
+    """Its beginning and end in the text."""
     framed: int
-    """Where the words before it begin that name its turn or hedge it."""
+    """The beginning of the words before it that name its turn or hedge it."""
     hedged: bool
-    """Whether they hedge it."""
+    """Whether those words hedge it."""
 
 
 class Reader:
-    """Recognises the sentences of teachers.
+    """Finds the phrases of all voices in texts.
 
-    It looks for a sentence in the latest voice first, and in the other voices only if the latest does not have it.
+    It tries the latest voice first, and the other voices only if the latest has no such phrase.
 
     Args:
         phrasebook: returns the phrasebook of a voice; called when the voice is first needed.
         voices: names of the voices.
-        is_action: whether a text names an action, as an action's slot must; None: any text does.
-        fits: whether the texts in a claim's slots can be there; None: any can.
+        is_action: whether a text names an action, as the text in an action's slot must; None: any text does.
+        fits: whether texts can fill the slots of a claim; None: any can.
     """
 
     def __init__(
@@ -60,13 +60,13 @@ class Reader:
         self._learnt: set[str] = set()
 
     def anew(self) -> "Reader":
-        """The same reader before its first text; what is learnt is shared."""
+        """The same reader before its first text; both share the phrases that they learn."""
         other = copy.copy(self)
         other._order = self._voices
         return other
 
-    def read(self, text: str) -> Iterator[Heard]:
-        """The recognised sentences, in order; other text is skipped. The time is linear in the text's length."""
+    def read(self, text: str) -> Iterator[FoundPhrase]:
+        """The phrases in a text, in order; other text is skipped. The time is linear in the text's length."""
         heard = Text(text)
         at = 0
         about: int | None = None
@@ -81,7 +81,7 @@ class Reader:
                 continue
             if best:
                 slots = {name: heard[span] for name, span in best.place.slots.items()}
-                yield Heard(best.line.claim, slots, about, (at, best.place.end), framed, hedged)
+                yield FoundPhrase(best.line.claim, slots, about, (at, best.place.end), framed, hedged)
                 at = best.place.end
             else:
                 at = heard.next(self._lines if self._learnt.issuperset(self._voices) else None, at)
@@ -91,7 +91,7 @@ class Reader:
             framed, hedged = at, False
 
     def _recognise(self, text: Text, at: int) -> "_Found | None":
-        """The sentence that begins here, if any, or the words that name the turn of the next sentence."""
+        """The phrase that begins here, or the words that name the next phrase's turn or hedge it; None: neither."""
         best: _Found | None = None
         tried: set[tuple[Any, ...]] = set()
         lines = text.beginning(self._lines, at)
@@ -113,7 +113,7 @@ class Reader:
         return best
 
     def learn(self, voice: str) -> None:
-        """Add the sentences of a voice, which is not known yet."""
+        """Add the phrases of a voice that is not known yet."""
         self._learnt.add(voice)
         number = itertools.count()
         for claim, templates in self._phrasebook(voice).items():
@@ -148,10 +148,10 @@ class _Line(NamedTuple):
 
 
 class _Found(NamedTuple):
-    """A reading of a sentence. The first four fields are its rank: the smallest is best."""
+    """A candidate for a phrase. The first four fields are its rank: the smallest is best."""
 
     doubtful: bool
-    """Whether a slot holds more than one sentence, or lacks the action that it must hold."""
+    """Whether a slot holds more than one sentence, or no action where it must hold one."""
     size: float
     in_slots: int
     """Number of characters in slots."""
@@ -161,14 +161,14 @@ class _Found(NamedTuple):
     place: Place
 
 
-_FRAMES = (Late, Probably)  # claims with another sentence, which is read as if it were said flatly and in time
+_FRAMES = (Late, Probably)  # claims around another claim, whose sentence is read without the words before it
 _MANY = 1_000_000  # more than a voice has templates
 _RANK = itemgetter(slice(4))
 
 
 @cache
 def _sentence(template: str, frame: bool) -> Sentence:
-    """The sentence of a template; of one with another sentence only the words before it."""
+    """The sentence of a template; of a frame only the words before the other claim's sentence."""
     if frame:
         words = template.removesuffix("{text}")
         return Sentence(words.replace("{turn}", "{turn:d}").replace("{percent}", "{percent:d}"), ends=False)
@@ -176,24 +176,23 @@ def _sentence(template: str, frame: bool) -> Sentence:
 
 
 class SentenceReading(NamedTuple):
-    """A sentence of others, with the claim that it states if it is word for word a phrase."""
+    """A sentence of people or models, and the claim that it states if it is word for word a phrase."""
 
     text: str
     claim: type[Claim[Any]] | None
-    """The class of the claim; None: it is not read."""
+    """The class of the claim; None: the sentence is no phrase."""
     slots: dict[str, str]
-    """The text in each slot of the phrase; a verdict on the last action may lack that."""
+    """The text in each slot of the phrase; a verdict on the last action may lack the action."""
     about_turn: int | None
-    """The turn that it names."""
+    """The turn that the sentence names; None: it names none."""
     hedged: bool
-    """Whether it only hedges the claim, so that it is neither true nor false."""
+    """Whether the sentence only hedges the claim, and is neither true nor false."""
 
 
 def read_sentences(reader: Reader, text: str) -> list[SentenceReading]:
-    """The readings of a text's sentences, in order; those that are no phrases, too.
+    """The readings of all sentences of a text, in order, phrases or not.
 
-    A phrase is read if it is a sentence of its own, from its beginning to its end. What stands in quotes is not read,
-    nor the sentences next to one that takes them back.
+    A phrase is read if it is a whole sentence. Quotations are not read, nor sentences beside one that takes them back.
     """
     phrases: list[tuple[SentenceReading | None, tuple[int, int]]]
     phrases = [(None, (0, 0)), *_phrases_in(reader, text), (None, (len(text), len(text)))]
@@ -224,7 +223,7 @@ def read_sentences(reader: Reader, text: str) -> list[SentenceReading]:
 
 
 def _phrases_in(reader: Reader, text: str) -> Iterator[tuple[SentenceReading, tuple[int, int]]]:
-    """The phrases in a text that are sentences of their own, and their places."""
+    """The phrases in a text that are whole sentences, and their places."""
     last = 0
     for heard in reader.read(text):
         begin, end = span = heard.framed, heard.span[1]
@@ -235,7 +234,7 @@ def _phrases_in(reader: Reader, text: str) -> Iterator[tuple[SentenceReading, tu
 
 
 def _alone(reader: Reader, sentence: str) -> SentenceReading:
-    """The reading of one sentence: as a phrase, if it is the whole of one."""
+    """The reading of one sentence, which may be a phrase as a whole."""
     whole = (reading for reading, span in _phrases_in(reader, sentence) if span == (0, len(sentence)))
     return next(whole, _unread(sentence))
 
@@ -256,4 +255,4 @@ _TAKES_BACK = re.compile(
     r")(?!\w)",
     re.I,
 )
-"""Words of a sentence that takes back those beside it. That only keeps sentences from being read."""
+"""Words of a sentence that takes back the sentences beside it; they only keep sentences from being read."""

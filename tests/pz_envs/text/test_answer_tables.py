@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from pz_envs.family import own_families
-from pz_envs.text_mode import EMPTY, UNENDED, parse_action
+from pz_envs.text.actions import EMPTY, UNENDED, parse_action
 from teachers.atoms import ParseFailure
 
 TABLES = Path(__file__).with_name("answers")

@@ -1,68 +1,67 @@
-"""What people and models say in an episode: its sentences are read, made into claims, and checked in the simulator."""
+"""Reads what people and models say in an episode into claims, and checks the claims in the simulator."""
 
 from collections.abc import Callable, Iterable, Iterator
 from functools import cached_property
 from typing import Any, NamedTuple
 
-from pz_envs.reading import build_claim, make_reader, said_by
-from pz_envs.subject import Subject
+from pz_envs.text.claim_building import Language, build_claim, make_reader, said_by
+from pz_envs.text.phrases import Reader, SentenceReading, read_sentences
 from teachers.atoms import Claim, Moment
 from teachers.oracle import Oracle
-from teachers.reading import Reader, SentenceReading, read_sentences
 from teachers.schema import LONGEST_TEXT, Vocabulary, holds, sentences_of
 from worlds.world import World
 
 __all__ = ["EXACT", "MODEL", "NOT_READ", "UNBUILT", "CheckedSentence", "ClaimReader", "Model"]
 
 EXACT, MODEL = "exact", "model"
-"""How a sentence is read: it is word for word a phrase of ours, or a model reads it."""
+"""How a sentence is read: it is word for word a phrase, or a model reads it."""
 TRUE, FALSE, BUILT, UNBUILT, HEDGED, NOT_READ = "true", "false", "built", "unbuilt", "hedged", "not read"
-"""What can become of a sentence: its claim is true, or false, or there is no truth to check it by; no single claim says
-it, or its claim cannot be checked; it only hedges a claim; it is not read.
+"""Outcomes of a sentence: its claim is true; false; built, but there is no truth to check it by; unbuilt, since no
+single claim says the sentence or its claim cannot be checked; hedged, since it only hedges a claim; not read.
 """
 MOST_SENTENCES = 256
-"""The most sentences of a text that are read, and `LONGEST_TEXT` the most characters; the rest is not read."""
+"""The most sentences that are read of a text; `LONGEST_TEXT` bounds the characters."""
 Model = Callable[[str, Vocabulary], Any]
-"""Gets a sentence that is no phrase, and what can be said, which has no episode, and answers as `Vocabulary.read` takes
-it. It reads the sentence if its answer has one claim and no problem.
+"""Gets a sentence that is no phrase and the vocabulary, without an episode; returns a message for `Vocabulary.read`.
+The sentence is read if the message has one claim and no problem.
 """
 
 
 class CheckedSentence(NamedTuple):
-    """A sentence with what became of it."""
+    """A sentence and its outcome."""
 
     text: str
     layer: str
-    """How it was read, `EXACT` or `MODEL`; empty: there is no claim."""
+    """How the sentence was read, `EXACT` or `MODEL`; empty: there is no claim."""
     claim: Claim[Any] | None
     about_turn: int
-    """The turn that it speaks of."""
+    """The turn that the sentence is about."""
     outcome: str
     """One of `TRUE`, `FALSE`, `BUILT`, `UNBUILT`, `HEDGED`, `NOT_READ`."""
     candidates: tuple[str, ...] = ()
-    """If there is no claim, what came nearest, or why there is none."""
+    """Without a claim: the nearest claims, or why there is none."""
 
     @property
     def holds(self) -> bool | None:
-        """Whether its claim is true; None: it was not checked."""
+        """Whether the claim is true; None: it was not checked."""
         return {TRUE: True, FALSE: False}.get(self.outcome)
 
 
 class ClaimReader:
-    """Reads the sentences of an episode into claims, and checks these where the truth is known.
+    """Reads the sentences of an episode into claims, and checks them where the truth is known.
 
-    Whatever is said, nothing is executed, and time and memory are bounded.
+    Nothing is ever executed, and time and memory are bounded.
 
     Args:
         subject: what is taught.
-        world: one of its options, which decide what actions there are.
-        oracle: follows the episode; None: for a student, who has no truth, so that no claim is checked.
-        model: is asked for sentences that are no phrases, or of which these do not make a single claim.
+        world: a world with the options of the episode, which decide the actions.
+        oracle: follows the episode; None: a student reads, which has no truth, so that no claim is checked.
+        model: reads sentences that are no phrase, or that do not make a single claim by the phrase.
     """
 
     def __init__(
         self,
-        subject: Subject,
+        subject: Language,
         world: World[Any, Any, Any],
         oracle: Oracle[Any, Any] | None = None,
         model: Model | None = None,
@@ -79,23 +78,23 @@ class ClaimReader:
         return make_reader(self._subject)
 
     def see(self, moment: Moment[Any], own: Iterable[Claim[Any]] = ()) -> None:
-        """The next turn; turn 0 begins another episode.
+        """Note the next turn; turn 0 begins another episode.
 
         Args:
-            moment: of the turn; for a student, one that only has its action, as `did` makes it.
-            own: what the oracle would say of it. A number that is rounded as there is true, if the claim is.
+            moment: the turn; a student's only has its action, as `did` makes it.
+            own: the oracle's claims of the turn. A number that is rounded as in their phrases is true if the claim is.
         """
         if not moment.turn:
-            vars(self).pop("_reader", None)  # which begins with the voice that it met last
+            vars(self).pop("_reader", None)  # it begins with the voice that it met last
         self._moments[moment.turn :] = [(moment, tuple(own))]
 
     def did(self, action: Any, turn: int) -> None:
-        """The next turn of a student: its action, in the form of the world; None at the opening, turn 0."""
+        """Note a student's next turn: its action in canonical form; None at the opening, turn 0."""
         acted = None if action is None else ()
         self.see(Moment(acted, action, 0.0, (), False, turn, False))
 
     def read(self, text: str) -> Iterator[CheckedSentence]:
-        """The sentences of a text that was said in the last turn, in order."""
+        """The sentences of a text from the last turn, in order."""
         if not text.strip():
             return
         kept, rest = text[:LONGEST_TEXT], sentences_of(text[LONGEST_TEXT:])
@@ -131,7 +130,7 @@ class ClaimReader:
     def _judged(
         self, reading: SentenceReading, layer: str, claim: Claim[Any], about: int, own: tuple[Claim[Any], ...]
     ) -> CheckedSentence:
-        """A sentence with its claim, and whether that is true."""
+        """A sentence with its claim, checked if there is an oracle."""
         oracle, (moment, _) = self._oracle, self._moments[about]
         outcome = BUILT
         if oracle is not None:

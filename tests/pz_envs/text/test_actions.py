@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from timing import grows_linearly
 
 from pz_envs.family import all_families
-from pz_envs.text_mode import failure, legal_text, parse_action, read_exactly
+from pz_envs.text.actions import failure, legal_text, parse_action, read_exactly
 from teachers.atoms import ParseFailure
 from worlds.bandits import Bandit
 from worlds.gridworld import DIRECTIONS, Gridworld

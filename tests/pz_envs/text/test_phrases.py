@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pz_envs.family import own_families
-from pz_envs.reading import make_reader
+from pz_envs.text.claim_building import make_reader
+from pz_envs.text.phrases import read_sentences
 from teachers.common import Probably
 from teachers.oracles.bandits import Pull
 from teachers.oracles.gridworld import Go
-from teachers.reading import read_sentences
 from teachers.templates import Template
 from worlds.gridworld import Direction
 

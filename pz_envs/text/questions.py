@@ -1,4 +1,4 @@
-"""Asking: an action of the student that is a question to the teacher, not an action of the world."""
+"""Questions: actions of a student that ask the teacher and do not act in the world."""
 
 import re
 from contextlib import suppress
@@ -6,21 +6,21 @@ from typing import Any
 
 from gymnasium import spaces
 
-from pz_envs.answers import Parted, split_thought
+from pz_envs.text.thoughts import SplitReply, split_thought
 from worlds.actions import canonical
 from worlds.spaces import Prose
 
 ASK = "ask"
-"""The text that asks, and the key of an action that may ask."""
+"""The text of a question, and the key that marks one in an action."""
 _ASK = re.compile(rf"(.*response:)?\W*{ASK}\W*", re.IGNORECASE | re.DOTALL)
 
 
 def asking_space(space: spaces.Space[Any]) -> spaces.Space[Any]:
     """The action space of a student that may ask.
 
-    Of `Discrete(n)` it is `Discrete(n + 1)`, whose greatest number asks. Text stays text, and the word `ask` asks. Of
-    any other space it is a Dict of `action`, the space, and `ask`, Discrete(2); with 1 the action does not count. There
-    an action of the space itself, as students play it that never ask, does not ask.
+    `Discrete(n)` becomes `Discrete(n + 1)`, and its greatest number asks. Text stays text, and the word `ask` asks. Any
+    other space becomes a Dict of `action`, the space, and `ask`, Discrete(2); with `ask` 1 the action does not count.
+    There a plain action of the space asks nothing, so that students that never ask play unchanged.
     """
     if isinstance(space, spaces.Discrete):
         return spaces.Discrete(int(space.n) + 1, start=int(space.start))
@@ -30,20 +30,20 @@ def asking_space(space: spaces.Space[Any]) -> spaces.Space[Any]:
 
 
 def read_question(action: Any, space: spaces.Space[Any]) -> tuple[bool, Any]:
-    """Whether an action asks, and the action of the world in it.
+    """Whether an action asks, and the world's action within it.
 
     Args:
-        action: of a student that may ask; a text may be `Parted`.
+        action: the student's action; a text may come as a `SplitReply`.
         space: `asking_space` of the student's action space.
 
     Raises:
-        ValueError: it is outside the space.
+        ValueError: the action is outside the space.
     """
     if isinstance(space, spaces.Discrete):
         last = int(space.start) + int(space.n) - 1
         return bool(isinstance(action, str) is False and space.contains(action) and int(action) == last), action
     if isinstance(space, Prose | spaces.Text):
-        said = split_thought(action).answer if isinstance(action, str | Parted) else ""
+        said = split_thought(action).answer if isinstance(action, str | SplitReply) else ""
         return 0 < len(said) < 1000 and _ASK.fullmatch(said) is not None, action
     with suppress(ValueError, TypeError, OverflowError):  # an action of a student that never asks
         canonical(space["action"], action)  # type: ignore[index]  # it is a Dict

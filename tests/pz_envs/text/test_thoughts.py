@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from timing import grows_linearly
 
-from pz_envs.answers import split_thought
+from pz_envs.text.thoughts import split_thought
 
 PARTED = [
     ("<think>a door</think>north", "a door", "north"),

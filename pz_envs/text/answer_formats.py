@@ -1,4 +1,4 @@
-"""The form of a chat model's answers: an example for the prompt, and the action in an answer."""
+"""Formats in which a request asks a chat model for an answer: example, schema, and the action in an answer."""
 
 import json
 from typing import Any
@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from teachers.schema import unique_keys
+from pz_envs.text.json_values import unique_keys
 from worlds.world import World
 
 ANSWERS = ("text", "json", "tool")
-"""Forms of an answer: text behind `Response:`, a JSON object, a call of the tool `act`."""
+"""The formats: text behind `Response:`, a JSON object, a call of the tool `act`."""
 _THOUGHT = "I have not tried this yet, and want to see what it does."
 _LINES = 3  # of an example
 
@@ -19,8 +19,8 @@ def example(answer: str, action: str) -> str:
     """An example of an answer.
 
     Args:
-        answer: its form.
-        action: the action in it, from `written`.
+        answer: the format.
+        action: an action from `written`.
     """
     if answer == "text":
         return f"Thought: {_THOUGHT}\nResponse: {action}"
@@ -28,12 +28,12 @@ def example(answer: str, action: str) -> str:
 
 
 def answer_of(answer: str, action: str) -> str:
-    """An answer of a form with an action and no thought."""
+    """An answer with an action and no thought."""
     return action if answer == "text" else json.dumps({"action": _value(action)}, ensure_ascii=False)
 
 
 def written(world: World[Any], rng: np.random.Generator) -> str:
-    """A random action as text mode writes it, in words if the world has words for it."""
+    """A random action as text, in the world's words if it has some."""
     action = world.sample_action(rng)
     if isinstance(action, str):
         return "\n".join(action.splitlines()[:_LINES])
@@ -51,7 +51,7 @@ def written(world: World[Any], rng: np.random.Generator) -> str:
 
 
 def schema(world: World[Any] | None) -> dict[str, Any]:
-    """The JSON Schema of a thought and an action."""
+    """The JSON Schema of a thought and an action; None: of any action."""
     action = {} if world is None else _schema(world.action_space)
     if world is not None and world.action_words:
         action = {"enum": list(world.action_words)}
@@ -63,8 +63,8 @@ def schema(world: World[Any] | None) -> dict[str, Any]:
     }
 
 
-def asking(answer: str, world: World[Any] | None) -> dict[str, Any]:
-    """The fields of a request's body that ask for a form of answer."""
+def request_fields(answer: str, world: World[Any] | None) -> dict[str, Any]:
+    """The fields of a request's body that ask for a format."""
     if answer == "json":
         return {"response_format": {"type": "json_schema", "json_schema": {"name": "turn", "schema": schema(world)}}}
     if answer == "tool":
@@ -77,9 +77,9 @@ def asking(answer: str, world: World[Any] | None) -> dict[str, Any]:
 
 
 def action_in(answer: str, text: str) -> tuple[str, str]:
-    """The action in an answer, as text for the seat, and the thought beside it.
+    """The action in an answer, as text, and the thought beside it.
 
-    A text of another form than `answer` is returned whole, so that the seat decides whether it is an action.
+    A text of another format than `answer` is returned whole; `actions.read_text` decides whether it is an action.
     """
     if answer == "text":
         return text, ""
@@ -95,7 +95,7 @@ def action_in(answer: str, text: str) -> tuple[str, str]:
 
 
 def _value(action: str) -> Any:
-    """What a written action is in JSON: numbers and lists of numbers as such, all else as text."""
+    """A written action in JSON: a number or a list of numbers as such, all else as text."""
     try:
         value = json.loads(action)
     except ValueError:

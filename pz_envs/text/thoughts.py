@@ -1,13 +1,13 @@
-"""Answers of chat models: reasoning between marks is split from the answer, and where a model speaks for others."""
+"""Splits a chat model's reply into reasoning and answer, and finds where it begins to speak for others."""
 
 import re
 from collections.abc import Iterator
 from typing import NamedTuple
 
-__all__ = ["STOPS", "Parted", "split_thought", "turns_of_others"]
+__all__ = ["STOPS", "SplitReply", "split_thought", "turns_of_others"]
 
 STOPS = ("\n\nThe teacher says:", "\n\nYou observe:", "\nWhat do you do in turn", "\nUser:")
-"""Texts at which a model has gone on to speak for others; OpenAI's endpoint takes at most four."""
+"""Texts that end a reply, since the model begins to speak for others; OpenAI's endpoint takes at most four."""
 
 _NAMES = r"(?:seed:)?(?:think(?:ing)?|thoughts?|reasoning|reason|reflection|scratchpad|analysis|internal_monologue)"
 _MARK = re.compile(  # all begin with a bracket, which makes the search fast
@@ -39,8 +39,8 @@ _TURN = re.compile(
 )
 
 
-class Parted(NamedTuple):
-    """A text with its reasoning split off."""
+class SplitReply(NamedTuple):
+    """A reply, split into reasoning and answer."""
 
     thought: str
     """The text between reasoning marks, its parts joined by blank lines."""
@@ -52,17 +52,17 @@ class Parted(NamedTuple):
     """Whether the text ends within reasoning."""
 
 
-def split_thought(text: str | Parted) -> Parted:
-    """Split the reasoning that is marked in a text from the answer; without marks the answer is the whole text.
+def split_thought(text: str | SplitReply) -> SplitReply:
+    """Split marked reasoning from the answer; without marks the whole text is the answer.
 
-    A `Parted` is returned as it is, so that a text is searched once, where it arrives.
+    A `SplitReply` is returned as it is, so that each reply is searched once, where it arrives.
 
     Marks are `<think>...</think>` and its like (`<thinking>`, `<thought>`, `<reasoning>`, `<reflection>`,
     `<scratchpad>`, `<analysis>`; in any case), `[THINK]...[/THINK]`, those of Kimi, Seed, Gemma and OpenThinker, and
-    the channels of gpt-oss. Reasoning that never ends takes all the rest. If an end has no beginning, which a chat
-    template has put into the prompt, all text before it is reasoning. The time is linear in the text's length.
+    the channels of gpt-oss. Reasoning without an end takes the rest of the text. An end without a beginning makes all
+    text before it reasoning, since chat templates put the beginning into the prompt. The time is linear in the length.
     """
-    if isinstance(text, Parted):
+    if isinstance(text, SplitReply):
         return text
     thought: list[str] = []
     answer: list[str] = []
@@ -77,12 +77,12 @@ def split_thought(text: str | Parted) -> Parted:
             answer = []
         thinking = bool(mark["open"])
     if not marked:
-        return Parted("", text, text)
+        return SplitReply("", text, text)
     (thought if thinking else answer).append(text[at:])
     thoughts = "\n\n".join(filter(None, map(str.strip, thought)))
-    return Parted(thoughts, "\n".join(filter(None, map(str.strip, answer))), text, thinking)
+    return SplitReply(thoughts, "\n".join(filter(None, map(str.strip, answer))), text, thinking)
 
 
 def turns_of_others(text: str) -> Iterator[int]:
-    """Where a text begins to speak for others, as in `Observation:`, `The teacher says:` or a heading `User`."""
+    """The positions where a text begins to speak for others: `Observation:`, `The teacher says:`, a heading `User`."""
     return (turn.start() for turn in _TURN.finditer(text))

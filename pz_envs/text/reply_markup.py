@@ -1,4 +1,4 @@
-"""The forms of chat models' answers: labels, fences, boxes, tags, quotes, remarks. No meaning is read here.
+"""The markup of chat models' replies: labels, fences, boxes, tags, quotes, remarks. No meaning is read here.
 
 The time of each function is linear in the text's length.
 """
@@ -98,7 +98,7 @@ class Labelled(NamedTuple):
 
 
 def without_stops(text: str) -> str:
-    """The text up to the first stop token, without the tokens with which a chat template begins."""
+    """The text up to the first stop token, without the start tokens of a chat template."""
     while begin := _START.match(text):
         text = text[begin.end() :]
     stop = _STOP.search(text)
@@ -106,17 +106,17 @@ def without_stops(text: str) -> str:
 
 
 def visible(text: str) -> str:
-    """The text without tags of HTML and characters that cannot be seen."""
+    """The text without HTML tags and invisible characters."""
     return _UNSEEN.sub("", text)
 
 
 def unquoted(text: str) -> str:
-    """The text with spaces for what is in quotes, of the same length."""
+    """The text with spaces in place of each quotation; the length stays."""
     return _QUOTATION.sub(lambda found: " " * len(found[0]), text)
 
 
 def verse(text: str) -> str:
-    """The text of a poem without a marked title, or words that announce it, before it, and a count of syllables."""
+    """A poem without the marked title or announcement before it and the syllable count behind it."""
     lead = _LEAD.match(text)
     text = text[lead.end() :] if lead else text
     lines, _, last = text.rstrip().rpartition("\n")
@@ -146,9 +146,9 @@ def _label(nouns: tuple[str, ...]) -> re.Pattern[str]:
 
 
 def labelled(text: str, nouns: Sequence[str] = ()) -> Iterator[Labelled]:
-    """The texts after labels such as `**Response:**` or `Final answer:`, in their order.
+    """The texts after labels such as `**Response:**` or `Final answer:`, in order.
 
-    A label begins a line; only `Response:` may be anywhere.
+    A label begins a line; only `Response:` may stand anywhere.
 
     Args:
         text: an answer.
@@ -181,13 +181,13 @@ def behind_marker(text: str) -> str | None:
 
 
 def unlabelled(text: str, nouns: Sequence[str] = ()) -> str:
-    """A text without the label before it, which is in bold or alone on its line; all other lines are kept."""
+    """A text without a label before it that is in bold or alone on its line; all other lines stay."""
     found = _heading(tuple(nouns)).match(text)
     return text[found.end() :].strip() if found else text
 
 
 def fenced(text: str) -> Iterator[str]:
-    """The texts in fences of three backticks or tildes; a fence that is not closed has all the rest."""
+    """The texts in fences of three backticks or tildes; an open fence has the rest of the text."""
     begin, mark = 0, ""
     for fence in _FENCE.finditer(text):
         if not mark and fence["mark"][0] not in fence["rest"]:
@@ -205,7 +205,7 @@ def _tag(nouns: tuple[str, ...], end: str = "/?") -> re.Pattern[str]:
 
 
 def tagged(text: str, nouns: Sequence[str] = ()) -> list[str]:
-    """The texts in tags such as `<answer>`; a tag that is not closed has all the rest."""
+    """The texts in tags such as `<answer>`; an open tag has the rest of the text."""
     found = []
     opened: tuple[str, int] | None = None
     for tag in _tag(tuple(nouns)).finditer(text):
@@ -219,7 +219,7 @@ def tagged(text: str, nouns: Sequence[str] = ()) -> list[str]:
 
 
 def spans(text: str, nouns: Sequence[str] = ()) -> Iterator[str]:
-    """The parts of a text that are marked as the answer: by a fence, a tag, a box of TeX, or as JSON of texts."""
+    """The parts of a text that a fence, a tag, a box of TeX or JSON of texts marks as the answer."""
     yield from fenced(text)
     yield from tagged(text, nouns)
     braces: list[tuple[int, int]] = []
@@ -240,9 +240,9 @@ def paragraphs(text: str) -> list[str]:
 
 
 def peeled(text: str) -> Iterator[tuple[str, str]]:
-    """An answer without its outer layers, one less each time: quotes, brackets, bold, bullets, remarks.
+    """An answer with one outer layer less each time: quotes, brackets, bold, bullets, remarks.
 
-    Each comes with the text of a remark in brackets that followed it.
+    Each comes with the remark in brackets that followed it.
     """
     remark = ""
     for _ in range(_DEPTH):

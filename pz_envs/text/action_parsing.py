@@ -1,16 +1,15 @@
-"""The meaning of a piece of text: its action, as one of the world's words or as a value."""
+"""Reads a piece of text as an action: one of the world's words, or a value."""
 
 import json
-import math
 import re
 from collections.abc import Iterable
 from functools import cache
-from typing import Any, NoReturn
+from typing import Any
 
 from gymnasium import spaces
 
-from pz_envs.forms import peeled
-from teachers.schema import unique_keys
+from pz_envs.text.json_values import finite_value
+from pz_envs.text.reply_markup import peeled
 from worlds.world import World
 
 __all__ = ["LONGEST", "TwoActions", "misnamed", "read_piece", "strict_value", "text_in", "the_one"]
@@ -41,11 +40,11 @@ _DEPTH = 8  # greatest depth of texts within texts
 
 
 class TwoActions(Exception):  # noqa: N818 (it is no error of the program)
-    """An answer names different actions; the message has them."""
+    """An answer names different actions; the message lists them."""
 
 
 def read_piece(piece: str, world: World[Any], depth: int = 0, sentences: bool = True) -> Any:
-    """The action of a piece in canonical form; None if it is no action.
+    """The action of a piece in canonical form; None: it is no action.
 
     Raises:
         TwoActions: the piece names different actions.
@@ -61,10 +60,10 @@ def read_piece(piece: str, world: World[Any], depth: int = 0, sentences: bool = 
 
 
 def the_one(actions: Iterable[Any], whence: str = "") -> Any:
-    """The action on which all readings that are not None agree; None if there is none.
+    """The action that all readings but None agree on; None: there is none.
 
     Raises:
-        TwoActions: they differ.
+        TwoActions: the readings differ.
     """
     found = [action for action in actions if action is not None]
     for other in found[1:]:
@@ -74,14 +73,14 @@ def the_one(actions: Iterable[Any], whence: str = "") -> Any:
 
 
 def strict_value(answer: str, world: World[Any]) -> Any:
-    """The value of a text in JSON, or of a list in round brackets; an object must have the single key `action`.
+    """The value of a text that is JSON or a list in round brackets; the only key of an object must be `action`.
 
     Raises:
-        ValueError, RecursionError: the text has no such value.
+        ValueError, RecursionError: the text is neither.
     """
     if answer.startswith("(") and answer.endswith(")"):
         answer = f"[{answer[1:-1]}]"
-    value = _json(answer)
+    value = finite_value(answer)
     space = world.action_space
     keys = space.spaces.keys() if isinstance(space, spaces.Dict) else ()
     if isinstance(value, dict) and list(value) == ["action"] and "action" not in keys:
@@ -121,7 +120,7 @@ def _word(form: str, world: World[Any]) -> Any:
         return None
     if action is None and isinstance(world.action_space, spaces.Discrete) and form.isascii():
         try:
-            action = _json(form)
+            action = finite_value(form)
         except (ValueError, RecursionError):
             return None
         return _legal(action, world) if type(action) is int else None
@@ -167,7 +166,7 @@ def _listing(names: tuple[str, ...]) -> re.Pattern[str]:
 
 
 def misnamed(text: str, names: tuple[str, ...]) -> bool:
-    """Whether a text lists all the names of an action's numbers, and in another order."""
+    """Whether a text lists all names of an action's numbers in another order."""
     name = rf"\b(?:{'|'.join(names)})\b"
     listed = re.findall(rf"{name}(?:\s*,\s*{name})+", text.lower().replace("x_", "x")) if names else ()
     words = [tuple(re.split(r"\W+", each)) for each in listed]
@@ -260,14 +259,14 @@ def _decoded(form: str) -> Any:
         return None
     for text in (form, _double_quoted(form), _UNENDED.sub(_without_comma, _double_quoted(form))):
         try:
-            return _json(f"[{text[1:-1]}]" if text.startswith("(") and text.endswith(")") else text)
+            return finite_value(f"[{text[1:-1]}]" if text.startswith("(") and text.endswith(")") else text)
         except (ValueError, RecursionError):
             continue
     return None
 
 
 def _without_comma(found: re.Match[str]) -> str:
-    """What is quoted as it is, and nothing for a comma behind the last part."""
+    """A quotation as it is; nothing for a comma behind the last part."""
     return found["quoted"] or ""
 
 
@@ -282,21 +281,8 @@ def _requoted(quoted: str) -> str:
     return '"' + inner.replace("\\'", "'").replace('"', '\\"') + '"'
 
 
-def _json(text: str) -> Any:
-    return json.loads(text, object_pairs_hook=unique_keys, parse_float=_finite, parse_constant=_refuse)
-
-
 def _number(digits: str) -> int | float:
     return int(digits) if digits.lstrip("+-").isdigit() else float(digits)
-
-
-def _finite(digits: str) -> float:
-    number = float(digits)
-    return number if math.isfinite(number) else _refuse(digits)
-
-
-def _refuse(name: str) -> NoReturn:
-    raise ValueError(f"{name} is no finite number")
 
 
 def _has_truth_value(value: Any) -> bool:
