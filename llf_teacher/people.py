@@ -1,7 +1,7 @@
-"""Specs of people in the seats of an episode that was played in the browser.
+"""Specs of people in the seats of episodes from the browser.
 
 `llf_teacher.people:PersonLearning` is a student, `llf_teacher.people:PersonTeaching` a teacher. No program can play
-them: the page of `llf serve` gives their episodes as stores, which studies and reports read like all others.
+them. The page of `llf serve` exports their episodes as stores, which reports read like all others.
 """
 
 from dataclasses import dataclass
@@ -33,9 +33,9 @@ class PersonTeaching(Personality):
     """
 
     speech: str = "claims"
-    """The form of speech: `claims`, chosen from those on offer, or `message`, free text."""
+    """The form of speech: `claims`, chosen from a list, or `message`, free text."""
     offers: str = "oracle"
-    """The personality that offered claims or made suggestions."""
+    """The personality whose claims or suggestions the person saw."""
 
     source = "a person"
     honest = False

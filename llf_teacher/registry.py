@@ -20,9 +20,9 @@ class Entry(NamedTuple):
     """One environment."""
 
     id: str
-    """Gymnasium id, as LLF-Bench names it, or one of Gymnasium's registry with the prefix `gym:`."""
+    """Gymnasium id, named as in LLF-Bench, or an id of Gymnasium's registry with the prefix `gym:`."""
     family: Subject
-    """A family; of Gymnasium's registry a subject of its own."""
+    """A family, or for Gymnasium's registry a subject of its own."""
     options: dict[str, Any]
     """Options of the world."""
     sampled: bool
@@ -63,9 +63,9 @@ def ids() -> tuple[str, ...]:
 def entry(id: str) -> Entry:
     """The environment of an id, of its alias `verbal-...`, or of another alias, with one warning per process.
 
-    With the prefix `gym:` the id is one of Gymnasium's registry, which a teacher teaches who plans.
+    With the prefix `gym:` the id belongs to Gymnasium's registry; its teacher is planned.
 
-    As in Gymnasium, an id without a version is that of the newest one, which is warned of, too.
+    As in Gymnasium, an id without a version means the newest version, with a warning.
 
     Raises:
         ValueError: an unknown id; the message names the nearest ones.
@@ -78,7 +78,7 @@ def entry(id: str) -> Entry:
         subject = registered(id)
         return Entry(subject.id, subject, {}, False)
     name = PREFIX + id.removeprefix(ALIAS) if id.startswith(ALIAS) else id
-    for search in (own_families, all_families):  # other distributions are searched only if necessary
+    for search in (own_families, all_families):  # search other distributions only if necessary
         entries, aliases = _table(search)
         if name in aliases:
             found = aliases[name]
@@ -107,7 +107,7 @@ def _warn(message: str) -> None:
     if message not in _SHOWN:
         kept: dict[Any, Any] = {}
         warnings.warn_explicit(message, UserWarning, "llf_teacher", 1, module=__name__, registry=kept)
-        if any(type(key) is tuple for key in kept):  # a filter that shows a warning once has shown it
+        if any(type(key) is tuple for key in kept):  # a filter that shows warnings once has shown it
             _SHOWN.add(message)
 
 

@@ -12,7 +12,7 @@ def to_json(value: Any) -> str:
 
 
 def write_json_lines(path: Path, rows: Iterable[Any]) -> int:
-    """Write rows as JSON, one per line; gives their number."""
+    """Write rows as JSON, one per line; returns their number."""
     count = 0
     with path.open("w", encoding="utf-8") as file:
         for row in rows:

@@ -1,6 +1,6 @@
-"""For tests of teachers, students and traits of your own: `check_student(id, "mine")`, `check_trait(id, "mine")`.
+"""Checks for your own teachers, students and traits: `check_student(id, "mine")`, `check_trait(id, "mine")`.
 
-Each check of a student or a trait takes it and an environment, and raises an AssertionError that says what is wrong.
+Each check takes an environment and a student or a trait, and raises an AssertionError that describes the problem.
 """
 
 import copy
@@ -25,7 +25,7 @@ from pz_envs.subject import Subject
 from teachers.seeds import Seeds
 from worlds.testing import plain, require
 
-_TURNS = 20  # of an episode, at most
+_TURNS = 20  # greatest number of turns of an episode
 _SEEDS = range(3)
 
 
@@ -36,7 +36,7 @@ def check_teacher(id: str | Subject, teacher: Any, **settings: Any) -> None:
         id, teacher, settings: as `llf_teacher.tools.audit.audit` takes them.
 
     Raises:
-        AssertionError: it does not; the message has what it said, and where.
+        AssertionError: it does not; the message has its words, and where it said them.
     """
     found = audit(id, teacher, **settings)
     require(found.turns > 0 and found.checked > 0, f"{found.teacher} made no claim in {found.id}: nothing to check")
@@ -81,7 +81,7 @@ def check_answers(student: Student, id: str | Subject) -> None:
 
 
 def check_silence(student: Student, id: str | Subject) -> None:
-    """It plays with a teacher that says nothing, too, where its actions are legal."""
+    """It also plays with a silent teacher, and its actions are legal."""
     env, policy = _seat(student, id, teacher="silent", feedback_type="n")
     for seed in _SEEDS:
         for action in _play(env, policy, seed):
@@ -150,7 +150,7 @@ def _seat(student: Student, id: str | Subject, **settings: Any) -> tuple[Student
 def _play(
     env: StudentEnv, policy: Policy[Any], seed: int, act: Callable[[Any, Any], Any] | None = None
 ) -> Iterator[Any]:
-    """The actions of an episode, up to one that is not legal, of a policy that sees how the episode ended."""
+    """The actions of a policy in an episode, up to the first illegal one; the policy sees the episode's end."""
     policy.reset(Seeds(seed).stream("student"))
     env.reset(seed=seed)
     view, session = env.student_view, env.session

@@ -41,13 +41,14 @@ def assemble(
     budget: Budget | None = None,
     instructs: bool | None = None,
 ) -> Parts:
-    """The session of some settings, and its views.
+    """The session for some settings, and its views.
 
     Args:
         subject: what is taught.
         settings: how.
-        personalities: of several teachers, or these, each with a budget of its own; none: the one of the settings.
-        budget: cost and limit that the session shares with others; None: its own, by the settings.
+        personalities: several teachers or their personalities, each with a budget of its own; empty: the settings'
+        teacher.
+        budget: a budget that the session shares with others; None: a new one, by the settings.
         instructs: as of `Session`; None: if the teacher chooses what to say.
 
     Raises:
@@ -93,14 +94,13 @@ def assemble(
 
 
 def _teacher(subject: Subject, world: World[Any], teacher: str | Personality | Teacher, settings: Settings) -> Teacher:
-    """A teacher of a personality, or the one that is given."""
+    """The given teacher, or a new teacher with this personality."""
     if not isinstance(teacher, Teacher):
         return subject.make_teacher(world, teacher, **settings.wording)
     default = Settings().wording
     if changed := [name for name, value in settings.wording.items() if value != default.get(name)]:
         raise ValueError(
-            f"{', '.join(changed)}: a Teacher that is given as it is has its own; set it there, or give a personality "
-            "as the teacher"
+            f"{', '.join(changed)}: a given Teacher has its own; set it there, or give a personality as the teacher"
         )
     return teacher
 
@@ -113,9 +113,9 @@ def _reader(world: World[Any], text: bool) -> Read | None:
 
 
 def _image_space(subject: Subject, world: World[Any], picture: Any, text: bool) -> spaces.Space[Any]:
-    """The space of what is seen beside words: the world's own image, or its picture."""
+    """The space of the image beside the words: the world's own image, or its picture."""
     if subject.visual:
-        return copy.deepcopy(world.observation_space["image"])  # type: ignore[index]  # a Dict, if it has images
+        return copy.deepcopy(world.observation_space["image"])  # type: ignore[index]  # it is a Dict
     if type(picture) is TextPicture:
         raise ValueError(f"visual=True is not supported by {subject.name}: it has no images; allowed: False")
     if not text:

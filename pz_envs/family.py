@@ -1,4 +1,4 @@
-"""The declaration of a family: a world, an oracle and their phrases, by name; declaring imports none of them."""
+"""The declaration of a family: a world, an oracle and their phrases, by name, without importing them."""
 
 import contextlib
 import importlib
@@ -41,8 +41,8 @@ _ENVIRONMENT = re.compile(r"[A-Za-z0-9_-]+-v\d+")
 class Family(Subject):
     """A family of environments.
 
-    It has a module of the same name in `worlds`, `teachers.oracles`, `teachers/phrases` and `pz_envs.families`. The
-    family of another distribution declares where they are.
+    It has a module of the same name in `worlds`, `teachers.oracles`, `teachers/phrases` and `pz_envs.families`. A
+    family of another distribution declares where its modules are.
     """
 
     name: str
@@ -62,23 +62,23 @@ class Family(Subject):
     oracle_batch: str = ""
     """Name of the class of its oracles in arrays, likewise of `teachers.batches.<name>`."""
     picture: str = ""
-    """Name of the class that draws its worlds, or `module:class` if the module is not `worlds.pictures.<name>`; empty
-    if its worlds are shown in their own words.
+    """Name of the class of its pictures, or `module:class` if the module is not `worlds.pictures.<name>`; empty:
+    pictures show the world's text.
     """
     posterior: str = ""
-    """Name of the class that draws the worlds which a student cannot tell apart, or `module:class` if the module is not
-    `worlds.posteriors.<name>`; empty if there is none.
+    """Name of the class of its posterior, or `module:class` if the module is not `worlds.posteriors.<name>`; empty if
+    there is none.
     """
     environments: Mapping[str, Mapping[str, Any]]
     """Per environment, named with its version as in `name-v0`, the world's options."""
     showcase: tuple[str, ...]
-    """The environments that represent the family where not all are used."""
+    """The environments that represent the family in samples, tables and pages."""
     max_turns: int
     """Turns of the student after which an episode is truncated."""
     repeated: bool = False
     """Whether success ends no episode: the family is a one-step problem without state, asked repeatedly."""
     slow: bool = False
-    """Whether the simulator is slow, so that tests and tables play fewer episodes of it."""
+    """Whether the simulator is slow; tests and tables then play fewer episodes."""
     compiled: bool = False
     """Whether the extra `fast` compiles functions of its teacher."""
     sampled: tuple[str, ...] = ()
@@ -98,7 +98,7 @@ class Family(Subject):
     extra: str = field(default="")
     """The extra of the distribution that the world needs; empty: none."""
     distribution: str = "llf-teacher"
-    """The distribution; of a plug-in this field and the next two are taken from its entry point."""
+    """The distribution; for a plug-in, the entry point sets this field and the next two."""
     version: str = ""
     """The version of another distribution; empty for this one."""
     module: str = ""
@@ -111,7 +111,7 @@ class Family(Subject):
                 if name.startswith(prefix):
                     raise ValueError(
                         f"the family {self.name!r} names an environment {name!r}; names are without the prefix "
-                        f"{prefix!r}, which its id gets by itself: {name.removeprefix(prefix)!r}"
+                        f"{prefix!r}, which ids get automatically; allowed: {name.removeprefix(prefix)!r}"
                     )
 
     def _load(self, where: str, package: str) -> Any:
@@ -144,7 +144,7 @@ class Family(Subject):
         return cls(**options)
 
     def elsewhere(self, option: str) -> str:
-        """The families whose worlds have an option, to complete a message; empty if none has it."""
+        """The families whose worlds have an option, to complete a message; empty if no family has it."""
         able = []
         for family in all_families():
             with contextlib.suppress(ModuleNotFoundError):  # an extra is not installed
@@ -189,11 +189,11 @@ class Family(Subject):
 
     @property
     def drawn(self) -> bool:
-        """Whether it has a class that draws its worlds."""
+        """Whether it has a class of pictures."""
         return bool(self.picture)
 
     def make_picture(self, world: "World[Any]") -> "Picture[Any]":
-        """The picture of such a world."""
+        """The picture of a world of this family."""
         if not self.picture:
             return super().make_picture(world)
         picture: Picture[Any] = self._load(self.picture, "worlds.pictures")(world.scratch())
@@ -201,7 +201,7 @@ class Family(Subject):
 
     @property
     def posterior_needs(self) -> Mapping[str, Any]:  # type: ignore[override]  # of a base that has none
-        """Options of a world that has a posterior, where by default it has none."""
+        """Options that a world needs to have a posterior, beside the defaults."""
         return self._posterior.needs if self.posterior else super().posterior_needs
 
     @property
@@ -212,7 +212,7 @@ class Family(Subject):
         return abilities_of(self._posterior) if self.posterior else frozenset()
 
     def make_posterior(self, world: "World[Any]") -> "Posterior[Any]":
-        """What a student cannot know of such a world; errors as in `Subject.make_posterior`."""
+        """The posterior of a world of this family; errors as in `Subject.make_posterior`."""
         if not self.posterior:
             able = ", ".join(family.name for family in all_families() if family.posterior)
             raise ValueError(f"the family {self.name!r} has no posterior; families with one: {able}")
@@ -267,7 +267,7 @@ def _seated(environment: str, seating: str) -> str:
     return environment if seating == TUTORING else f"{name}-{seating}-{version}"
 
 
-_FORMS = {"aec": "env", "parallel": "parallel_env"}  # PettingZoo's name of a form, and the function that makes it
+_FORMS = {"aec": "env", "parallel": "parallel_env"}  # PettingZoo's function names and our method names
 
 
 @cache
@@ -281,12 +281,12 @@ def own_families() -> tuple[Family, ...]:
 
 @cache
 def all_families() -> tuple[Family, ...]:
-    """Every family, sorted by name: those of this distribution and of installed plug-ins."""
+    """Every family of this distribution and of installed plug-ins, sorted by name."""
     return tuple(sorted(_with_plugins(list(own_families())), key=lambda family: family.name))
 
 
 def families_to_register() -> tuple[Family, ...]:
-    """The families to register on import: all, if a quick search finds a plug-in, else those of this distribution.
+    """The families to register on import: all if a quick search finds a plug-in, else this distribution's.
 
     The full search by `importlib.metadata` takes a tenth of the time in which Gymnasium is imported.
     """
@@ -305,7 +305,7 @@ def _has_plugin(folder: str) -> bool:
 
 
 def _with_plugins(families: list[Family]) -> list[Family]:
-    """The given families and those of plug-ins; a plug-in that raises an error is left out with a warning."""
+    """The given families and the families of plug-ins; a plug-in that raises an error is left out with a warning."""
     from importlib import metadata
 
     found = sorted(metadata.entry_points(group=PLUGINS), key=lambda each: (each.name, each.value))
@@ -337,5 +337,6 @@ def _check_plugin(family: Family, others: list[Family]) -> None:
     for other in others:
         if family.name == other.name or family.environments.keys() & other.environments.keys():
             raise ValueError(
-                f"its name or an environment's is taken by the family {other.name!r} of {other.distribution}"
+                f"its name or an environment's is taken by the family {other.name!r} of {other.distribution}; choose "
+                "another name"
             )

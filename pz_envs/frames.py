@@ -1,4 +1,4 @@
-"""Frames of an episode: the picture of the world, and beside it the student's action and the teacher's words."""
+"""Frames of an episode: the picture of the world beside the student's action and the teacher's words."""
 
 import copy
 from collections.abc import Mapping, Sequence
@@ -27,8 +27,8 @@ VIEW = (HEIGHT - _BAR, _PICTURE, 3)
 """Shape of the world's picture alone."""
 _SIZES = (MEDIUM, SMALL)
 _ROOM_BELOW, _MORE = 8, 20
-_HEAD = 1.75  # of a sentence: its tag, in sizes of the font
-_LEAST = _HEAD + 1.32  # and one line
+_HEAD = 1.75  # height of a sentence's tag, in sizes of the font
+_LEAST = _HEAD + 1.32  # height of a line of a sentence
 _TILES = 4  # more frames than this are shown at half their size
 
 
@@ -40,17 +40,17 @@ class SpokenSentence(NamedTuple):
     verdict: Label
     speaker: str = ""
     remark: str = ""
-    """What else frames show beside its kind."""
+    """A note that frames show beside the sentence's kind."""
 
 
 class EpisodeRenderer:
     """Observes a session and renders its episode, as a frame or as text.
 
     Args:
-        name: of the subject.
+        name: the subject's name.
         picture: draws the world.
-        oracle: plans, if the truth is shown; not the teacher's, whose state a query may change.
-        lab: a scratch world, in which claims are checked.
+        oracle: plans, if the truth is shown; not the teacher's oracle, since a query may change its state.
+        lab: a scratch world for checks of claims.
         max_turns: the student's turns in an episode.
         theme: `light` or `dark`.
         privileged: whether frames show the truth, and whether each claim holds.
@@ -76,12 +76,12 @@ class EpisodeRenderer:
         self.sentences: tuple[SpokenSentence, ...] = ()
         """The teacher's last sentences."""
         self.turns: list[WorldTurn[Any]] = []
-        """The moments as the picture has them."""
+        """The moments in the form that the picture takes."""
         self.heard = False
         """Whether `sentences` are about the last turn."""
 
     def begin(self, moment: Moment[Any], atoms: Sequence[Atom] = ()) -> None:
-        """An episode begins or is resumed; `atoms` has been said of its last moment already."""
+        """An episode begins or is resumed; the teacher has already said `atoms` about its last moment."""
         self.moments, self.turns = [moment], [WorldTurn(None, 0.0, moment.after, moment.success)]
         self.oracle.start(moment.after)
         self.sentences, self.heard = self._checked(atoms), bool(atoms)
@@ -98,7 +98,7 @@ class EpisodeRenderer:
         own = words.atoms if isinstance(words, Utterance) else ()
         atoms = turn.atoms
         self.sentences, self.heard = self._checked(atoms), True
-        if words and words != Utterance.of(own):  # words beside the atoms, which cannot be checked
+        if words and words != Utterance.of(own):  # words without atoms cannot be checked
             self.sentences = (
                 *self._checked(atoms[: len(atoms) - len(own)]),
                 SpokenSentence(words, None, Label.UNCHECKED),
@@ -118,7 +118,7 @@ class EpisodeRenderer:
         return atom.label(moments, self.lab) if self.privileged and known else Label.UNCHECKED
 
     def without_truth(self) -> "EpisodeRenderer":
-        """A copy that shows what the student may see; valid until the session goes on."""
+        """A copy that shows only what the student may see; valid until the session goes on."""
         plain = copy.copy(self)
         plain.privileged = False
         plain.sentences = tuple(spoken._replace(verdict=Label.UNCHECKED) for spoken in self.sentences)
@@ -141,7 +141,7 @@ class EpisodeRenderer:
         return Sight(tuple(self.turns), seen, self.privileged, tuple(plan))
 
     def text(self, seen: str) -> Text:
-        """The turn, the student's action and the world as text, in pieces with a style each."""
+        """The turn, the student's action and the world as text, in pieces, each with its style."""
         moment = self.moments[-1]
         left = self.max_turns - moment.turn
         status = f"Turn {moment.turn} of {self.max_turns}, {left} left; reward {self._total_reward():.4g} in all\n"
@@ -153,16 +153,16 @@ class EpisodeRenderer:
         return (status, "muted"), (did, "action"), *self.picture.text(self.sight(seen))
 
     def _total_reward(self) -> float:
-        return sum(moment.reward for moment in self.moments) + 0.0  # and not -0.0
+        return sum(moment.reward for moment in self.moments) + 0.0  # avoids -0.0
 
     def view(self, seen: str) -> Frame:
-        """The world alone, as the student may see it, uint8 of the shape `VIEW`."""
+        """The world alone, without the truth, uint8 of the shape `VIEW`."""
         canvas = Canvas(VIEW[1], VIEW[0], self.theme)
         self.picture.draw(canvas, Sight(tuple(self.turns), seen))
         return canvas.pixels()
 
     def fine_view(self, seen: str) -> Frame:
-        """The world alone at twice that size, with the truth if it is shown: for pages, which have the words."""
+        """The world alone at twice that size, with the truth if frames show it; for pages with words of their own."""
         canvas = Canvas(VIEW[1], VIEW[0], self.theme)
         self.picture.draw(canvas, self.sight(seen))
         return canvas.fine_pixels()
@@ -174,7 +174,7 @@ class EpisodeRenderer:
         return canvas.pixels()
 
     def draw(self, canvas: Canvas, seen: str) -> None:
-        """Draw the frame on a canvas of that size."""
+        """Draw the frame on a canvas of the frame's size."""
         self.picture.draw(canvas.part(0, _BAR, _PICTURE, HEIGHT - _BAR), self.sight(seen))
         # The bar and the column cover what a picture has drawn beyond its edges.
         canvas.box((_PICTURE, _BAR), (WIDTH - _PICTURE, HEIGHT - _BAR), self.theme.card)
@@ -250,7 +250,7 @@ def _theme(name: str) -> Theme:
 
 
 def format_action(action: Any, world: World[Any]) -> str:
-    """A student's action as text, by its name in a world that has names for its actions."""
+    """A student's action as text, by its name if the world names its actions."""
     if isinstance(action, ParseFailure):
         return f"(not understood) {action.got}"
     names = getattr(world, "names", None)

@@ -1,4 +1,4 @@
-"""The state of a whole environment as one array of numbers, as centralised critics need it; it is privileged."""
+"""The state of a whole environment as one array of numbers, for centralised critics; it is privileged."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -18,7 +18,7 @@ _MOST = float(np.finfo(np.float32).max)
 
 
 class Seated(NamedTuple):
-    """A student with those that teach it."""
+    """A student with its teachers."""
 
     student: str
     """The agent."""
@@ -38,14 +38,14 @@ class Shared(NamedTuple):
 class GlobalState:
     """Writes the state of an environment: `fields` says what each number is, `space` has the bounds.
 
-    First `acts`, which agent is selected; then, for each student, what it sees and has heard, as `pz_envs.numbers`
-    writes it, what happened in its last turn, what the oracle knows of its world, and what its teachers can say; then
-    what the seating shares. States and actions that are texts are left out, unless the settings `embed` them.
+    First `acts`, the selected agent; then, for each student, its observation in numbers (`pz_envs.numbers`), its last
+    turn, the oracle's values of its world, and what its teachers can say; then the numbers of the seating. Texts are
+    left out, unless the settings `embed` them.
 
     Args:
         agents: all agents.
         seated: the students.
-        shared: numbers of the seating, with their values now.
+        shared: numbers of the seating, with their present values.
     """
 
     def __init__(self, agents: Sequence[str], seated: Sequence[Seated], shared: Sequence[Shared]) -> None:
@@ -71,7 +71,7 @@ class GlobalState:
             self._add(f"{student}.reward", "the reward of its last turn", 1, min(low, 0.0), max(high, 0.0))
             self._add(f"{student}.importance", "what is at stake in its next action", 1, 0.0, oracle.max_importance)
             if _has_values(view):
-                count = int(session.world.action_space.n)  # type: ignore[attr-defined]  # it is Discrete
+                count = int(session.world.action_space.n)  # type: ignore[attr-defined]  # the space is Discrete
                 meaning = "the value of each action now, by the oracle; zeros when the episode is over"
                 self._add(f"{student}.values", meaning, count, -_MOST, _MOST)
             for teacher in teachers:
@@ -91,8 +91,8 @@ class GlobalState:
 
         Args:
             selected: the agent that acts next.
-            present: the agents that are left.
-            shared: as of the class.
+            present: the agents that have not ended.
+            shared: as in the class.
         """
         numbers: list[float] = [float(agent == selected and agent in present) for agent in self._agents]
         for (student, view, teachers), writer in zip(self._seated, self._numbers, strict=True):
@@ -121,6 +121,6 @@ class GlobalState:
 
 
 def _has_values(view: StudentView) -> bool:
-    """Whether the oracle gives a value for each of finitely many actions."""
+    """Whether the oracle values each of finitely many actions."""
     session = view.session
     return "values" in session.teacher.oracle.abilities() and isinstance(session.world.action_space, spaces.Discrete)

@@ -1,4 +1,4 @@
-"""What can be learned from an environment's rewards alone: facts by which a suitable learner is chosen."""
+"""What can be learned from an environment's rewards alone: facts that decide which learner suits it."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -13,7 +13,7 @@ class Learning:
 
 @dataclass(frozen=True)
 class NoRewards(Learning):
-    """There is no reward before the end of an episode, so nothing to learn from in it."""
+    """The only reward comes at the end of an episode, so nothing can be learned within it."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class StateValues(Learning):
 
 @dataclass(frozen=True)
 class BestAnswer(Learning):
-    """There is no state: the same action gets the same reward again."""
+    """There is no state: the same action always gets the same reward."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Trend(Learning):
 
 @dataclass(frozen=True)
 class Lines(Learning):
-    """Actions are texts, and each of their lines adds to the reward by its syllables."""
+    """Actions are texts; each line adds to the reward, depending on its syllables."""
 
     lengths: tuple[int, ...]
     """Numbers of lines that a text may want, the most likely first."""
@@ -69,7 +69,7 @@ def check_learning(value: Any) -> None:
     """Check the `learning` of a declaration.
 
     Raises:
-        ValueError: it is no instance of `KINDS`.
+        ValueError: it is not an instance of `KINDS`.
     """
     if type(value) not in KINDS:
         allowed = ", ".join(f"{kind.__name__}(...)" for kind in KINDS)
@@ -80,7 +80,7 @@ def check_counts(name: str, values: Any) -> None:
     """Check that a value is a non-empty tuple of positive integers.
 
     Raises:
-        ValueError: it is not.
+        ValueError: the value is something else.
     """
     whole = isinstance(values, tuple) and all(type(value) is int and value > 0 for value in values)
     if not whole or not values:

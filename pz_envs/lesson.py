@@ -22,28 +22,28 @@ from worlds.wrapped.gym_world import GymWorld
 from worlds.wrapped.layers import layers
 from worlds.wrapped.rendered import RenderedPicture
 
-_MAX_TURNS = 100  # of an environment without a limit
+_MAX_TURNS = 100  # turns, for an environment without a limit
 _LIMITS = ("_max_episode_steps", "max_episode_steps", "max_steps")  # the names of Gymnasium's TimeLimit and of others
 _COUNTS = (int, np.int32, np.int64)
 
 
 class Lesson(Subject):
-    """One environment as a subject: what a `Family` is for the environments of this package.
+    """One environment as a subject, in the role of a `Family`.
 
-    `make_world`, `make_teacher`, `raw_env`, `env` and `parallel_env` are those of a family, and work with the same
-    students and conformance kits. The first environment that it makes uses the given environment itself; later ones and
-    `make_world` use others like it.
+    It has the methods of a family (`make_world`, `make_teacher`, `raw_env`, `env`, `parallel_env`) and works with the
+    same students and conformance kits. The first environment that it makes uses the given environment itself; later
+    environments and `make_world` make new ones like it.
 
     Args:
         env: an environment, or a function without arguments that makes one.
         oracle: a subclass of `Oracle`, or a function that makes an oracle, given a function that makes scratch worlds.
             Truths are `worlds.wrapped.gym_world.Position`s. Or a planner of `teachers.planning`, or its name with
             arguments, as in `exact(gamma=0.95)`: `exact` where all transitions can be known, `expert` where an expert
-            is known, or `auto` for the first of these that serves the environment, and rewards alone, with a warning,
-            if neither does. A planner brings phrases and `look`, and words that it knows. None: `RewardOracle`.
+            is known, or `auto` for the first of these that suits the environment, and rewards alone, with a warning, if
+            neither does. A planner brings its phrases, `look` and action words. None: `RewardOracle`.
         phrases: the oracle's phrases: a dict of lists by claim class or by its name, or the path of a TOML file.
         look, snapshot, success, describe, action_words, reward_range: see `worlds.wrapped.gym_world.GymWorld`.
-        name: of the lesson; None: the environment's name.
+        name: the lesson's name; None: the environment's.
         max_turns: turns after which an episode is truncated; None: the environment's own limit (of its
             spec, of a `TimeLimit`, or an attribute `max_steps` or `max_episode_steps`), or else 100.
         repeated: whether success ends no episode.
@@ -73,7 +73,7 @@ class Lesson(Subject):
         learning: Learning = StateValues(),  # noqa: B008 (a frozen value)
     ) -> None:
         self.planned: Planned | None = None
-        """What a planner found out; None without one."""
+        """The result of the planner; None without a planner."""
         if isinstance(oracle, Planner | str):
             if look is not None or phrases is not None:
                 raise ValueError("a planner brings its own look and phrases; leave out look=... and phrases=...")
@@ -84,7 +84,7 @@ class Lesson(Subject):
             describe = describe or self.planned.describe
             action_words = action_words or self.planned.action_words
         self._oracle = RewardOracle if oracle is None else _checked(oracle)
-        # An oracle that reads no truth needs no copies of it.
+        # An oracle that does not read truths needs no copies of the environment.
         goes = getattr(self._oracle, "needs_truth", True) if self.planned is None else self.planned.copies
         if snapshot == "auto" and not goes:
             snapshot = "replay"
@@ -122,13 +122,13 @@ class Lesson(Subject):
         return self._scratch()
 
     def taught_world(self, **options: Any) -> GymWorld:
-        """The world over the given environment, the first time; later one over another like it."""
+        """A world over the given environment at the first call; later calls use new environments like it."""
         other = self.make_world(**options)
         world, self._world = self._world, None
         return world or other
 
     def turns(self, given: int | None = None, **options: Any) -> int:
-        """The given turns, which must be those of the plan, and are no more than the environment's where it matters."""
+        """The turns of an episode for a given number: with a plan, limited by the environment's own limits."""
         horizon = None if self.planned is None else self.planned.horizon
         if given is not None and horizon not in (None, least([*self._limits, given])):
             raise ValueError(
@@ -146,7 +146,7 @@ class Lesson(Subject):
         return self._oracle
 
     def phrasebook(self, voice: Voice = "plain") -> Phrasebook:
-        """The given phrases and those that are common to all subjects."""
+        """The given phrases and the phrases that all subjects share."""
         claims = self._oracle.claims() if isinstance(self._oracle, type) and issubclass(self._oracle, Oracle) else ()
         return make_phrasebook(self._phrases, claims, voice)
 
@@ -157,7 +157,7 @@ def _planned(
     turns: int | None,
     success: Callable[..., Any] | None,
 ) -> Planned:
-    """Plan with the given environment, or with one that is made for this."""
+    """Plan with the given environment, or with an environment made for planning."""
     given = env if isinstance(env, gymnasium.Env) else env()
     with contextlib.nullcontext() if given is env else contextlib.closing(given):
         try:
@@ -183,11 +183,11 @@ def _checked(oracle: Any) -> Callable[[Callable[[], World[Any]]], Oracle]:
 
 
 def limits_of(env: gymnasium.Env[Any, Any]) -> list[Any]:
-    """What the environment has as its time limit: in its spec, its wrappers and attributes."""
+    """The environment's time limits: in its spec, wrappers and attributes."""
     limits: list[Any] = [env.spec.max_episode_steps] if env.spec else []
     return [*limits, *(getattr(layer, name) for layer in layers(env) for name in _LIMITS if hasattr(layer, name))]
 
 
 def least(limits: Sequence[Any]) -> int:
-    """The fewest turns of all limits that are numbers; 100 if there are none."""
+    """The smallest limit, ignoring None; 100 without any."""
     return min((int(each) for each in limits if type(each) in _COUNTS and each > 0), default=_MAX_TURNS)

@@ -1,10 +1,11 @@
-"""A lifetime: several episodes of the same seats as one AEC environment, so that students can learn across episodes."""
+"""A lifetime: several episodes of the same seats as one AEC environment; students can learn across the episodes."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from gymnasium import spaces
+from typing_extensions import override
 
 from pz_envs.global_state import Seated, Shared
 from pz_envs.seats import TEACHER, SeatsEnv, role_of
@@ -24,7 +25,7 @@ class FinalStep(NamedTuple):
     info: dict[str, Any]
     turns_left: int
     moment: Moment[Any]
-    """Privileged."""
+    """The student's last moment of the episode: privileged."""
     terminated: bool
 
     def info_for(self, policy: Any) -> dict[str, Any]:
@@ -35,17 +36,18 @@ class FinalStep(NamedTuple):
 class LifetimeEnv(SeatsEnv):
     """An AEC environment of several episodes of the same seats: `reset` begins the first, the last one ends it.
 
-    Each episode begins in the same state of the same worlds, with fresh randomness, when every student has ended the
-    one before. A student whose episode has ended waits without a turn; its info has `waits`. No agent leaves `agents`
-    before the last episode. Budgets are for the whole lifetime. Cumulative rewards go on over the end of an episode.
+    All episodes begin in the same state of the same worlds, with fresh randomness; the next one begins when every
+    student has ended the last. A student whose episode has ended waits without a turn; its info has `waits`. No agent
+    leaves `agents` before the last episode. Budgets are for the whole lifetime. Cumulative rewards go on over the end
+    of an episode.
 
-    In a student's first turn of an episode its info has the last step of the one before, by the names of Gymnasium's
+    In a student's first turn of an episode its info has the last step of the episode before, named as by Gymnasium's
     vector environments with autoreset: `final_obs`, `final_info`, and `final_terminated`, False if it was truncated.
 
     Teachers observe one more entry: `episode`, Box (1,) float32, the share of the episodes that are over.
 
     Args:
-        seats: the environment that is played; also `unwrapped`.
+        seats: the environment; also `unwrapped`.
         episodes: number of episodes, at least 2.
     """
 
@@ -57,14 +59,14 @@ class LifetimeEnv(SeatsEnv):
         share = spaces.Box(0, 1, (1,), np.float32)
         for agent in self.possible_agents:
             space = seats.observation_space(agent)
-            self.observation_spaces[agent] = spaces.Dict({**space, "episode": share}) if _is_teacher(agent) else space  # type: ignore[dict-item]  # a teacher's is a Dict
+            self.observation_spaces[agent] = spaces.Dict({**space, "episode": share}) if _is_teacher(agent) else space  # type: ignore[dict-item]  # a Dict
         self._final_steps: dict[str, FinalStep] = {}
         self.episode = 0
         """Episodes that are over."""
 
     @property
     def unwrapped(self) -> SeatsEnv:
-        """The seats that are played."""
+        """The environment without the lifetime."""
         return self.seats
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
@@ -96,12 +98,12 @@ class LifetimeEnv(SeatsEnv):
         self._show_masks()
 
     @property
+    @override
     def seated(self) -> Sequence[Seated]:
-        """The value of the seats."""
         return self.seats.seated
 
     def shared(self) -> list[Shared]:
-        """Those of the seats, and the share of the episodes."""
+        """The numbers of the seats, and the share of the episodes that are over."""
         share = self.episode / self.episodes
         return [*self.seats.shared(), Shared("episode", "share of the episodes that are over", share)]
 
@@ -122,20 +124,20 @@ class LifetimeEnv(SeatsEnv):
         return self.seats.moment_of(student)
 
     @property
+    @override
     def current_truth(self) -> Any:
-        """The value of the seats."""
         return self.seats.current_truth
 
+    @override
     def as_text(self) -> str:
-        """The value of the seats."""
         return self.seats.as_text()
 
+    @override
     def frame(self) -> Any:
-        """The value of the seats."""
         return self.seats.frame()
 
+    @override
     def render(self) -> Any:
-        """The value of the seats."""
         return self.seats.render()
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""Numbers: the student's observation as one flat array, of the same length in every turn."""
+"""The student's observation as one flat array of numbers, of the same length in every turn."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
@@ -18,7 +18,7 @@ from worlds.world import World
 Embed = Callable[[str], Any]
 """Gives the vector of a text: finite numbers, always of the same length."""
 Rows = npt.NDArray[Any]
-"""An array with a row for each of many lessons."""
+"""An array with a row per lesson."""
 Writer = Callable[[Any], list[float]]
 """Gives the numbers of a value."""
 _MEANINGS: dict[type, str] = {
@@ -27,7 +27,7 @@ _MEANINGS: dict[type, str] = {
     spaces.MultiBinary: "0 or 1 each",
     spaces.MultiDiscrete: "each as a 1 among zeros",
 }
-"""The spaces with a fixed number of numbers, and how a value is written."""
+"""The spaces with a fixed number of numbers, and the functions that write their values."""
 _ASPECTS = {
     "said": "1 if something of this kind is said, else 0",
     "number": f"how many things of this kind are said, at most {CLAIMS}",
@@ -65,24 +65,24 @@ class Field(NamedTuple):
 
 
 class RowClaims(NamedTuple):
-    """What is said in many rows, for `Numbers.of_rows`."""
+    """The claims in many rows, for `Numbers.of_rows`."""
 
     number: Rows
-    """Per kind how many claims there are, where it is said at all; int (rows, 5)."""
+    """Per kind the number of claims, if the kind is said; int (rows, 5)."""
     named: Rows
     """Per kind whether one of them names an action; bool (rows, 5)."""
     action: Sequence[Rows]
-    """Per kind the actions that are named, each of shape (rows, ...); of r they are not read."""
+    """Per kind the named actions, each of shape (rows, ...); the entry of r is not read."""
 
 
 class Numbers:
     """Converts the student's observations to flat arrays.
 
     The array has the state, one-hot where it is discrete; the turn; for each kind of feedback whether there is a claim,
-    the number of claims, the turn that the first is about, its action and its verdict; for `r` the reward. Of several
-    claims of a kind the first that names an action counts, of a plan its first action. With `embed` texts are vectors,
-    and the array also has the words of the instruction and of the feedback. No number is read from words. Values
-    outside the space are clipped.
+    the number of claims, and of the first claim its turn, action and verdict; for `r` the reward. If there are several
+    claims of a kind, the first with an action counts; a plan counts by its first action. With `embed` texts are
+    vectors, and the array also has the words of the instruction and of the feedback. Without `embed` no number depends
+    on words. Values outside the space are clipped.
 
     Args:
         world: gives the spaces of states and actions.
@@ -112,7 +112,7 @@ class Numbers:
             self._add_field(f"{kind}.number", _ASPECTS["number"], 1, 0.0, CLAIMS)
             self._add_field(f"{kind}.turn", _ASPECTS["turn"], 1, 0.0, 1.0)
             if kind is R:
-                meaning = "the reward that is told; 0 where none is"
+                meaning = "the reward in the claim; 0 without a claim"
                 self._add_field(f"{kind}.told", meaning, 1, min(low, 0.0), max(high, 0.0))
             else:
                 good = kind in (HP, FP)
@@ -160,11 +160,11 @@ class Numbers:
 
         Args:
             state: the worlds' observations, as Gymnasium batches them.
-            turn: the students' turns so far, of shape (rows,), as all that follow.
-            reward: of the turn that the claims are about.
-            kinds: that are said, as subsets' numbers.
-            claims: what is said.
-            late: how many turns ago the turn was that it is about.
+            turn: the students' turns so far; this array and the next ones have shape (rows,).
+            reward: the reward of the turn that the claims are about.
+            kinds: the kinds that are said, as subset numbers.
+            claims: the claims.
+            late: the delay of the claims, in turns.
         """
         count = len(turn)
         share, about = turn / self._max_turns, (turn - late) / self._max_turns
@@ -208,7 +208,7 @@ class Numbers:
             numbers.append(1.0 if kind in (HP, FP) else -1.0)
 
     def _add_space(self, name: str, space: spaces.Space[Any], what: str, blank: bool = False) -> None:
-        """Add the fields of a space; `blank`: zeros are allowed in their place."""
+        """Add the fields of a space; `blank`: zeros may stand in their place."""
         for path, part in _parts(space):
             size = self._size(part)
             if not size:
@@ -218,7 +218,7 @@ class Numbers:
                 low, how = -high, "embedded"
             else:
                 flat = flatten_space(part)
-                assert isinstance(flat, spaces.Box)  # noqa: S101  # as of all spaces of numbers
+                assert isinstance(flat, spaces.Box)  # noqa: S101  # all spaces of numbers have one
                 low, high = flat.low.astype(float), flat.high.astype(float)
                 how = next(how for kind, how in _MEANINGS.items() if isinstance(part, kind))
             meaning = f"{what}, {how}"
@@ -234,7 +234,7 @@ class Numbers:
         self._high += np.broadcast_to(high, size).tolist()
 
     def _size(self, space: spaces.Space[Any]) -> int:
-        """The number of numbers of a leaf; 0 if it is left out."""
+        """The count of numbers of a leaf; 0 if the leaf is left out."""
         try:
             return _size(space, self._words)
         except ValueError:
@@ -257,7 +257,7 @@ class Numbers:
         return partial(_flat, space)
 
     def _embedded(self, text: str) -> list[float]:
-        assert self._embed is not None  # noqa: S101  # or there are no texts
+        assert self._embed is not None  # noqa: S101  # without it there are no texts
         vector = _vector(self._embed, text)
         if vector.size != self._words:
             raise ValueError(
@@ -275,7 +275,7 @@ class Flat:
         space: the Dict.
 
     Raises:
-        ValueError: a part is not of numbers.
+        ValueError: a part has no fixed count of numbers.
     """
 
     def __init__(self, space: spaces.Space[Any]) -> None:
@@ -308,7 +308,7 @@ class Flat:
 
 
 def finite(bounds: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
-    """Bounds that a float32 can hold."""
+    """The bounds, clipped to the range of float32."""
     most = np.finfo(np.float32).max
     held: npt.NDArray[np.float32] = np.clip(bounds, -most, most).astype(np.float32)
     return held

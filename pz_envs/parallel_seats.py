@@ -17,20 +17,20 @@ from teachers.seeds import Seeds
 class TurnBasedParallelEnv(turn_based_aec_to_parallel_wrapper):
     """PettingZoo's parallel form of a turn-based environment, in which agents take turns.
 
-    In each step one agent acts, first a teacher; then `active_agent` in all infos says which is next. What others give
-    as actions is ignored. `metadata` has `turn_based`, and a name that says so.
+    In each step one agent acts, first a teacher; then `active_agent` in all infos says which is next. The actions of
+    the other agents are ignored. `metadata` has `turn_based`, and a name that says so.
     """
 
     @property
     def metadata(self) -> dict[str, Any]:  # the environment's label may change
-        """That of the environment, with the name of this form."""
+        """The metadata of the environment, with the name of this form."""
         own = self.env.metadata
         name, _, version = own["name"].rpartition("_v")
         return {**own, "name": f"{name}-turns_v{version}", "turn_based": True}
 
     @metadata.setter
     def metadata(self, given: dict[str, Any]) -> None:
-        """PettingZoo's wrapper sets that of the environment."""
+        """Ignored: PettingZoo's wrapper sets the environment's metadata."""
 
     @property
     def env(self) -> SeatsEnv:
@@ -49,10 +49,10 @@ class TurnBasedParallelEnv(turn_based_aec_to_parallel_wrapper):
 
 
 class ParallelSeats(ParallelEnv):
-    """The agents of an AEC environment that no partner plays; each acts once in a step.
+    """The agents of an AEC environment without partners, in parallel: each acts once in a step.
 
     In a classroom with a policy in the teacher's seat these are the students, which act at the same time. With policies
-    in the students' seats it is the teacher alone, as libraries for a single agent need it.
+    in the students' seats the teacher is the only agent, as libraries for a single agent require.
 
     A step passes each agent's action to the environment at that agent's turn, and ends when an agent is to act again.
     An agent's reward is the sum of its rewards since its turn. Observations, infos and spaces are the environment's. In
@@ -61,9 +61,9 @@ class ParallelSeats(ParallelEnv):
 
     Args:
         env: the environment, bare: `raw_env(...)`, `raw_env(seating="classroom", ...)`.
-        partners: per agent a policy with `reset(rng)` and `act(observation, info)`. A student's info is that of
-            `SeatsEnv.info_for`; its `finish(observation, info, terminated)`, if it has one, is called when its episode
-            has ended.
+        partners: per agent a policy with `reset(rng)` and `act(observation, info)`. A student's info is the result of
+            `SeatsEnv.info_for`; a `finish(observation, info, terminated)` is optional, and called when the student's
+            episode has ended.
 
     Raises:
         ValueError: a partner's agent does not exist, every agent has a partner, or teachers and students are left.
@@ -79,9 +79,9 @@ class ParallelSeats(ParallelEnv):
             raise ValueError("partners play every agent; leave at least one agent without a partner")
         if len({role_of(agent) for agent in self.possible_agents}) > 1:
             raise ValueError(
-                "teachers and students are left, which do not act at the same time, got partners for "
-                f"{', '.join(partners) or 'no agent'}; give a partner to every teacher or to every student, or play "
-                "the AEC environment turn by turn"
+                "the agents without a partner must be teachers alone or students alone, since both act in turns; got "
+                f"partners for {', '.join(partners) or 'no agent'}; give a partner to every teacher or to every "
+                "student, or play the AEC environment turn by turn"
             )
         self.agents: list[str] = []
         self.render_mode = env.render_mode
@@ -90,7 +90,7 @@ class ParallelSeats(ParallelEnv):
 
     @property
     def metadata(self) -> dict[str, Any]:  # the environment's label may change
-        """That of the environment."""
+        """The metadata of the environment."""
         return {**self.env.metadata, "is_parallelizable": True}
 
     @property
@@ -143,7 +143,7 @@ class ParallelSeats(ParallelEnv):
             ValueError: an agent's action is missing, or is outside of its space; nothing has changed.
         """
         env = self.env
-        waiting = {agent for agent in self.agents if "waits" in env.infos[agent]}  # for the next episode of a lifetime
+        waiting = {agent for agent in self.agents if "waits" in env.infos[agent]}  # for the next episode
         if missing := [agent for agent in self.agents if agent not in actions and agent not in waiting]:
             raise ValueError(
                 f"the actions lack {', '.join(missing)}; each agent that is left must act: {', '.join(self.agents)}"
@@ -157,7 +157,7 @@ class ParallelSeats(ParallelEnv):
         results = self._play(acting)
         for agent in self.agents:
             if agent not in results:
-                reward = 0.0 if agent in waiting else env._cumulative_rewards[agent]  # it has been paid
+                reward = 0.0 if agent in waiting else env._cumulative_rewards[agent]  # its sum is paid
                 results[agent] = env.observe(agent), reward, False, False, env.infos[agent]
         ordered = {agent: results[agent] for agent in self.agents}
         self.agents = [agent for agent in self.agents if agent in env.agents]
@@ -170,7 +170,7 @@ class ParallelSeats(ParallelEnv):
         )
 
     def render(self) -> Any:
-        """What the environment renders."""
+        """The environment's render."""
         return self.env.render()
 
     def close(self) -> None:
@@ -178,7 +178,7 @@ class ParallelSeats(ParallelEnv):
         self.env.close()
 
     def _play(self, actions: dict[str, Any]) -> dict[str, tuple[Any, float, bool, bool, dict[str, Any]]]:
-        """Play until an agent is selected that has no action left; the results of agents that have ended."""
+        """Play until an agent without an action is selected; returns the results of the agents that have ended."""
         env, ended = self.env, {}
         while env.agents:
             agent = env.agent_selection
@@ -199,7 +199,7 @@ class ParallelSeats(ParallelEnv):
         return ended
 
     def _begin_next(self, agent: str) -> None:
-        """In a lifetime, finish the last episode of a student that is a partner, and reset it for the next one."""
+        """In a lifetime, finish the last episode of a student that a partner plays, and reset the partner."""
         env, partner = self.env, self.partners[agent]
         if isinstance(env, LifetimeEnv) and (final := env.pop_final_step(agent)):
             if hasattr(partner, "finish"):

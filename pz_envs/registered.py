@@ -41,21 +41,21 @@ _EXTRAS = {"Box2D": "box2d", "minigrid": "minigrid"}
 """By package the extra that installs it."""
 _OURS = ("llf-", "verbal-", "teacher/")
 _MAKES = ("max_episode_steps",)  # arguments of `gymnasium.make` that matter here
-_KEPT = 8  # lessons that are planned, of each id
+_KEPT = 8  # planned lessons that are kept, per id
 _VERSION = re.compile(r"-v\d+$")
-_NEAR, _LIKE = 3, 75.0  # ids that are suggested at most, and how alike in percent they are at least
+_NEAR, _LIKE = 3, 75.0  # greatest number of suggested ids, and their least similarity in percent
 
 
 class Registered(Subject):
-    """An environment of Gymnasium's registry, with a teacher who plans.
+    """An environment of Gymnasium's registry, with a planned teacher.
 
     Its options are the arguments of `gymnasium.make` and `oracle`, the spec string of a planner: `auto`,
-    `exact(gamma=0.95)`, or `rewards` for rewards in words. What is planned for options and turns is a
-    `pz_envs.lesson.Lesson`, which `for_lesson` makes and keeps.
+    `exact(gamma=0.95)`, or `rewards` for rewards in words. `for_lesson` plans for options and turns; it makes and keeps
+    a `pz_envs.lesson.Lesson`.
 
     Args:
-        spec: of the environment.
-        module: that has to be imported for it; empty: none.
+        spec: the environment's spec.
+        module: a module to import for it; empty: none.
     """
 
     repeated = False
@@ -65,7 +65,7 @@ class Registered(Subject):
     def __init__(self, spec: EnvSpec, module: str = "") -> None:
         self.spec, self.module = spec, module
         self.id = f"{GYM}{module}{':' * bool(module)}{spec.id}"
-        """The id, with which other processes make the same."""
+        """The id; other processes make the same environment from it."""
         self.name = re.sub(r"[^\w.-]", "-", f"gym-{spec.id}")
         self._lessons: dict[str, RegisteredLesson] = {}
         self._limits: dict[str, list[Any]] = {}
@@ -77,14 +77,14 @@ class Registered(Subject):
         return registered, (self.id,)
 
     @property
-    def max_turns(self) -> int:  # type: ignore[override]  # found where it is asked for
+    def max_turns(self) -> int:  # type: ignore[override]  # computed on demand
         """Turns of the student after which an episode is truncated, with the default options."""
         return self.turns()
 
     @cached_property
     def distribution(self) -> str:  # type: ignore[override]  # likewise
         """The distribution that has the environment; empty if it is in none."""
-        package = inspect.getmodule(self._creator).__name__.partition(".")[0]  # type: ignore[union-attr]  # it was imported
+        package = inspect.getmodule(self._creator).__name__.partition(".")[0]  # type: ignore[union-attr]  # imported before
         with contextlib.suppress(metadata.PackageNotFoundError):
             return metadata.distribution(package).name
         return next(iter(metadata.packages_distributions().get(package, ())), "")
@@ -99,22 +99,22 @@ class Registered(Subject):
         entry: Any = self.spec.entry_point
         try:
             return load_env_creator(entry) if isinstance(entry, str) else entry
-        except Exception as error:  # its module may raise anything, and has its own words for what is not installed
+        except Exception as error:  # its module may raise anything, and its message says what is not installed
             raise ValueError(f"{self.id} cannot be loaded: {type(error).__name__}: {error}") from error
 
     @property
     def summary(self) -> str:  # type: ignore[override]  # likewise
-        """The first line of the environment's own documentation that is no heading."""
+        """The first line of the environment's own documentation, without headings."""
         lines = (inspect.getdoc(self._creator) or "").splitlines()
         return next((text for line in lines if (text := line.strip()) and not text.startswith("#")), "")
 
     def options(self) -> tuple[str, ...]:
-        """The names of the world's options: of a class those of its bases, too, as far as it passes arguments on."""
+        """The names of the world's options; those of a base class count if the class passes arguments on to it."""
         return tuple(name for name in self._defaults if name not in FIELDS)
 
     @cached_property
     def _defaults(self) -> dict[str, Any]:
-        """The options with their defaults, as far as these are known."""
+        """The options with their known defaults."""
         found: dict[str, Any] = {"oracle": None, **dict.fromkeys(_MAKES), **self.spec.kwargs}
         for cls in getattr(self._creator, "__mro__", (self._creator,)):
             if isinstance(cls, type) and "__init__" not in vars(cls):
@@ -127,7 +127,7 @@ class Registered(Subject):
         return found
 
     def turns(self, given: int | None = None, **options: Any) -> int:
-        """The fewest of the given turns and the environment's own."""
+        """The given number of turns, limited by the environment's own limit."""
         key = _key(options)
         if key not in self._limits:
             with contextlib.closing(self.make(options)) as env:
@@ -135,25 +135,25 @@ class Registered(Subject):
         return least([*self._limits[key], given])
 
     def for_lesson(self, settings: Settings) -> "RegisteredLesson":
-        """The lesson that is planned for the options and turns of these settings."""
+        """The lesson planned for the options and turns of these settings."""
         return self._lesson(settings.options, settings.max_turns, settings.render_mode is not None)
 
     def make_world(self, /, **options: Any) -> GymWorld:
-        """A world with what a teacher knows of it."""
+        """A world with the planner's knowledge of it."""
         return self._lesson(options).make_world()
 
     def oracle_class(self) -> Callable[[Callable[[], World[Any, Any, Any]]], Oracle]:
-        """That of the default options."""
+        """A function that makes oracles, with the default options."""
         return self._lesson({}).oracle_class()
 
     def phrasebook(self, voice: Voice = "plain") -> Phrasebook:
-        """That of the default options."""
+        """The phrases with the default options."""
         return self._lesson({}).phrasebook(voice)
 
     def make_teacher(
         self, world: World[Any, Any, Any], personality: str | Personality = "oracle", **wording: Unpack[TeacherKeywords]
     ) -> Teacher:
-        """A teacher who knows what was planned for this world."""
+        """A teacher with the plan for this world."""
         model = getattr(world, "model", None)
         planned = (each for each in self._lessons.values() if each.planned is not None and each.planned.model is model)
         return (next(planned, None) or self._lesson({})).make_teacher(world, personality, **wording)
@@ -194,7 +194,7 @@ class Registered(Subject):
         turns = self.turns(max_turns, **options)
         key = f"{_key(options)} {turns} {drawn}"
         lesson = self._lessons.pop(key, None) or RegisteredLesson(self, options, turns, drawn)
-        self._lessons[key] = lesson  # the one that was used last comes last
+        self._lessons[key] = lesson  # the most recently used lesson is last
         while len(self._lessons) > _KEPT:
             del self._lessons[next(iter(self._lessons))]
         return lesson
@@ -210,7 +210,7 @@ class RegisteredLesson(Lesson):
     Args:
         registered: the environment.
         given: options.
-        turns: most turns of an episode.
+        turns: greatest number of turns of an episode.
         drawn: whether its environments can be rendered.
     """
 
@@ -231,7 +231,7 @@ class RegisteredLesson(Lesson):
         self.summary = registered.summary
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Registered._lesson, self._arguments  # another process plans only once, too
+        return Registered._lesson, self._arguments  # so that another process plans only once
 
     def __deepcopy__(self, memo: dict[int, Any]) -> "RegisteredLesson":
         return self
@@ -241,11 +241,11 @@ class RegisteredLesson(Lesson):
         return self.registered.options()
 
     def for_lesson(self, settings: Settings) -> "RegisteredLesson":
-        """The lesson of these settings; options that they lack are as in this one."""
+        """The lesson of these settings; missing options are as in this lesson."""
         return self.registered.for_lesson(replace(settings, options={**self.given, **settings.options}))
 
     def make_world(self, /, **options: Any) -> GymWorld:
-        """A world; options that are not given are as in this lesson."""
+        """A world; missing options are as in this lesson."""
         if all(name in self.given and same(value, self.given[name]) for name, value in options.items()):
             return super().make_world()
         return self.registered.make_world(**{**self.given, **options})
@@ -253,11 +253,11 @@ class RegisteredLesson(Lesson):
 
 @cache
 def registered(id: str) -> Registered:
-    """The environment of an id with the prefix `gym:`; without a version the newest one, which is warned of.
+    """The environment of an id with the prefix `gym:`; without a version the newest version, with a warning.
 
     Before the environment's id there may be the module that registers it, as in `gym:package.module:ID`; it is
-    imported. Those of MiniGrid and highway-env are known. What is not registered may be a class or a function of that
-    module, which makes the environment.
+    imported. The modules of MiniGrid and highway-env are known. Instead of a registered id, the name of a class or a
+    function in the module may be given, which makes the environment.
 
     Raises:
         ValueError: the module cannot be imported, or no environment has this id.
@@ -333,7 +333,7 @@ def _nearest(name: str, ids: Iterable[str]) -> list[str]:
     def likeness(letters: str) -> tuple[bool, float]:
         return len(got) > 2 and got in letters, fuzz.ratio(got, letters)
 
-    likely = sorted(sorted(newest), key=likeness, reverse=True)[:_NEAR]  # sorting is stable: those alike by their names
+    likely = sorted(sorted(newest), key=likeness, reverse=True)[:_NEAR]  # the sort is stable
     return [newest[each] for each in likely if likeness(each) >= (False, _LIKE)]
 
 

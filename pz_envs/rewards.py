@@ -8,7 +8,7 @@ from teachers.spec import check_cost, unknown
 from worlds.world import is_number
 
 TeacherReward = Callable[[Moment, Oracle], float]
-"""The teacher's reward of a student's turn; `cost` for what the teacher says is subtracted apart."""
+"""The teacher's reward of a student's turn; `cost` for the teacher's words is subtracted separately."""
 
 
 def student_reward(moment: Moment, oracle: Oracle) -> float:
@@ -22,7 +22,7 @@ def student_progress(moment: Moment, oracle: Oracle) -> float:
 
 
 def success_minus_cost(moment: Moment, oracle: Oracle) -> float:
-    """1 when an episode ends in success, else 0; the costs are subtracted apart."""
+    """1 when an episode ends in success, else 0; the costs are subtracted separately."""
     return float(moment.over and moment.success)
 
 
@@ -46,7 +46,7 @@ def parse_teacher_reward(reward: str | TeacherReward) -> TeacherReward:
 
 
 def check_prices(ask_cost: float | None, failure_reward: float | None, reward_range: tuple[float, float]) -> None:
-    """Check the cost of asking and the reward of a text that is no action; None is allowed.
+    """Check the cost of asking and the reward of a text that is not an action; None is allowed.
 
     Raises:
         ValueError: a value is not allowed.

@@ -1,4 +1,4 @@
-"""Scripted policies for the seats of teachers: they say all that is available, or what is suggested."""
+"""Scripted policies for the teachers' seats: they say all available kinds, or the suggestion."""
 
 from collections.abc import Callable
 from typing import Any
@@ -11,7 +11,7 @@ from teachers.spec import unknown
 
 
 class SayAll:
-    """A policy for a `TutoringEnv` or a `PanelEnv` that says all kinds that are available."""
+    """A policy for a `TutoringEnv` or a `PanelEnv` that says all available kinds."""
 
     def __repr__(self) -> str:
         return "SayAll()"
@@ -20,12 +20,12 @@ class SayAll:
         """Begin an episode."""
 
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> int:
-        """All kinds that are available."""
+        """All available kinds."""
         return subset_of(observation["available"])
 
 
 class SaySuggestion:
-    """A policy for a `TutoringEnv` or a `PanelEnv` with `speech="message"` that says what its personality would say."""
+    """A policy for a `TutoringEnv` or a `PanelEnv` with `speech="message"` that says the suggestion."""
 
     def __repr__(self) -> str:
         return "SaySuggestion()"
@@ -43,8 +43,8 @@ class Attention:
     """A policy for a `ClassroomEnv` that divides its attention among the students by a rule.
 
     Args:
-        rule: `round_robin`, the student that has waited longest; `importance`, the one with the greatest importance of
-            the next action; `random`. Ties go to the lower number. Students without available kinds are skipped.
+        rule: `round_robin`, the student that has waited longest; `importance`, the student with the most important next
+            action; `random`. Ties go to the lower number. Students without available kinds are skipped.
 
     Raises:
         ValueError: the rule is unknown.
@@ -91,7 +91,7 @@ def refuse_unread(speech: str, teacher_numbers: bool) -> None:
     """Check the settings of scripted teachers, which read the Dict of `speech="kinds"`.
 
     Raises:
-        ValueError: the speech is another, or their observations would be one array.
+        ValueError: the speech is not `kinds`, or teachers would observe one array.
     """
     if teacher_numbers:
         raise ValueError(

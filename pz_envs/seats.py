@@ -32,7 +32,7 @@ def role_of(agent: str) -> str:
 
 
 def known_options(options: dict[str, Any] | None, world: World[Any]) -> dict[str, Any] | None:
-    """The options that the world's `reset` takes; others, which PettingZoo's checkers pass, are ignored."""
+    """The options that the world's `reset` takes; all others are ignored, since PettingZoo's checkers pass such."""
     if options is None or world.reset_options is None:
         return options
     return {name: value for name, value in options.items() if name in world.reset_options}
@@ -55,14 +55,14 @@ class SeatsEnv(AECEnv):
     }
 
     max_turns: int
-    """Actions of a student in an episode, at most."""
+    """Greatest number of actions of a student in an episode."""
 
     def __init__(self, name: str, speech: str, render_mode: str | None) -> None:
         self.metadata = {**self.metadata}
         self.label = name
         self.speech, self.render_mode = speech, render_mode
         self._renderer = Renderer(render_mode, self.metadata["name"], self.as_text, self.frame)
-        self._flat: dict[str, Flat] = {}  # per teacher that observes one array
+        self._flat: dict[str, Flat] = {}  # for each teacher that observes one array
         self.agents: list[str] = []
         self._cumulative_rewards: dict[str, float] = {}
         self.observation_spaces: dict[str, spaces.Space[Any]] = {}
@@ -106,7 +106,7 @@ class SeatsEnv(AECEnv):
             self.render()
 
     def _pay_all(self, actor: str, rewards: Mapping[str, float]) -> None:
-        """Pay what a step brings, of which the actor has seen the sum of those before."""
+        """Reset the actor's cumulative reward, then add the step's rewards."""
         self._cumulative_rewards[actor] = 0.0
         self.rewards = dict.fromkeys(self.agents, 0.0) | dict(rewards)
         for agent, reward in rewards.items():
@@ -122,17 +122,17 @@ class SeatsEnv(AECEnv):
             raise ValueError(f"the action must be in {space}, got {action!r:.80}; the state is unchanged")
 
     def observe(self, agent: str) -> Any:
-        """What an agent sees now."""
+        """The agent's present observation."""
         observation = self._observe(agent)
         flat = self._flat.get(agent)
         return observation if flat is None else flat.of(observation)
 
     @abstractmethod
     def _observe(self, agent: str) -> Any:
-        """What an agent sees now, before it is made one array."""
+        """The agent's present observation, before it becomes one array."""
 
     def flatten_teachers(self) -> None:
-        """Let teachers observe one array; their infos have `action_mask` and `trimmed` alone, as libraries need it.
+        """Let teachers observe one array; their infos keep only `action_mask` and `trimmed`, as libraries require.
 
         Raises:
             ValueError: they observe texts.
@@ -143,13 +143,13 @@ class SeatsEnv(AECEnv):
                 self.observation_spaces[agent] = flat.space
 
     def fields_of(self, agent: str) -> tuple[Field, ...]:
-        """The fields of an agent's observation, if that is one array; else none."""
+        """The fields of an agent's observation if it is one array, else an empty tuple."""
         if agent in self._flat:
             return self._flat[agent].fields
         return next((each.view.fields for each in self.seated if each.student == agent), ())
 
     def _show_masks(self) -> None:
-        """Leave only numbers in the infos of teachers that observe one array: of what they could not say, and masks."""
+        """Leave only numbers in the infos of teachers that observe one array: the mask, and `trimmed`."""
         for agent in self._flat.keys() & self.infos.keys():
             left = {name: value for name, value in self.infos[agent].items() if name in _NUMERIC}
             self.infos[agent] = {**left, "action_mask": self._observe(agent)["action_mask"]}
@@ -200,7 +200,7 @@ class SeatsEnv(AECEnv):
         """The last moment of a student: privileged."""
 
     def turns_left(self, student: str = STUDENT) -> int:
-        """Actions that a student has left, if nothing else ends its episode."""
+        """The student's remaining actions, if nothing else ends its episode."""
         return self.max_turns - self.moment_of(student).turn
 
     def info_for(self, policy: Any, student: str = STUDENT) -> dict[str, Any]:
@@ -210,14 +210,14 @@ class SeatsEnv(AECEnv):
     @property
     @abstractmethod
     def current_truth(self) -> Any:
-        """The current truth of the world, or a tuple of those of all worlds; see `start_next_episode`."""
+        """The current truth of the world, or a tuple with the truth of each world; see `start_next_episode`."""
 
     @abstractmethod
     def start_next_episode(self, start: Any = None, options: dict[str, Any] | None = None) -> None:
         """Begin another episode of the same lesson: the streams go on, and spent budgets stay spent.
 
         Args:
-            start: the truth to begin with, as of `current_truth`; None: as a reset of the world draws it.
+            start: the truth to begin with, in the form of `current_truth`; None: the world's reset draws it.
             options: the world's.
         """
 
@@ -239,7 +239,7 @@ class SeatsEnv(AECEnv):
 
     @abstractmethod
     def _act(self, agent: str, action: Any) -> None:
-        """The turn of an agent that has not ended."""
+        """The turn of a live agent."""
 
     def _open(self) -> None:
         """Set PettingZoo's attributes for the beginning of an episode; the subclass sets the infos."""
@@ -253,7 +253,7 @@ class SeatsEnv(AECEnv):
 
 
 class OneSessionEnv(SeatsEnv):
-    """An AEC environment over one session, with the view of its student; the other arguments are of `SeatsEnv`."""
+    """An AEC environment over one session, with the view of its student; for the other arguments see `SeatsEnv`."""
 
     def __init__(
         self, session: Session, student_view: StudentView, name: str, speech: str, render_mode: str | None
@@ -310,7 +310,7 @@ class OneSessionEnv(SeatsEnv):
 
 
 class OrderEnforcing(OrderEnforcingWrapper):
-    """PettingZoo's check of the calling order, with a `repr` of what it wraps."""
+    """PettingZoo's check of the calling order, with the `repr` of the wrapped environment."""
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.env!r}>"

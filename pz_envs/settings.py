@@ -1,4 +1,4 @@
-"""The settings of a lesson: one frozen value, which every door takes, or its fields as keywords."""
+"""The settings of a lesson: one frozen value; functions that make environments take it, or its fields as keywords."""
 
 import inspect
 from collections.abc import Callable, Iterable, Mapping
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 __all__ = ["SPEECHES", "Settings", "SettingsKeywords", "TeacherKeywords", "check_flags", "takes_settings"]
 
 SPEECHES = ("message", "kinds", "claims")
-"""What a teacher's action can be: its own words, kinds of feedback to voice, or one claim after the other."""
+"""The forms of a teacher's action: its own words, kinds of feedback to voice, or one claim after the other."""
 RENDER_MODES = ("ansi", "human", "rgb_array")
-"""What an environment can render: text, a window, an array."""
+"""The modes of rendering: text, a window, an array."""
 THEMES = ("light", "dark")
 
 P = ParamSpec("P")
@@ -64,10 +64,10 @@ class SettingsKeywords(TeacherKeywords, total=False):
 
 @dataclass(frozen=True, kw_only=True)
 class Settings:
-    """What a lesson is, but for its environment.
+    """The settings of a lesson, apart from its environment.
 
-    Doors take such a value as `settings`, or its fields as keywords, and with both the
-    keywords count. They take a world's options as keywords, too; type checkers know these only within `options`.
+    Functions that make environments take such a value as `settings`, or its fields as keywords; with both the keywords
+    count. They also take a world's options as keywords; type checkers know these only within `options`.
 
     Raises:
         ValueError: a field's value is not allowed.
@@ -96,11 +96,11 @@ class Settings:
     text: bool = False
     """Text in, text out for the student."""
     visual: bool = False
-    """Images for the student: those of the world itself if it has any; with `text` an `image` beside the text, of every
-    family that is drawn.
+    """Images for the student: the world's own images, if it has any; with `text` an `image` beside the text, in every
+    family with pictures.
     """
     numbers: bool = False
-    """One flat array of numbers for the student, as most learners want it; see `pz_envs.numbers`."""
+    """One flat array of numbers for the student, as most learners require; see `pz_envs.numbers`."""
     embed: "Embed | None" = None
     """With `numbers`, a function that gives the vector of a text, always of the same length; environments whose states
     or actions are texts need it.
@@ -118,23 +118,23 @@ class Settings:
     function of the `Moment` and the `Oracle`; see `pz_envs.rewards`.
     """
     teacher_numbers: bool = False
-    """One flat array of numbers for a teacher that chooses; see `pz_envs.numbers.Flat`. The mask of its actions is in
-    the info, which in PettingZoo's environments has no `moment` or claims then, but numbers alone.
+    """One flat array of numbers for a teacher that chooses; see `pz_envs.numbers.Flat`. The action mask is in the info;
+    in PettingZoo's environments the info then has only numbers, no `moment` or claims.
     """
     until_success: bool = False
     """Whether success ends the episode; it never does where a task is asked repeatedly."""
     ask_cost: float | None = None
-    """What the student pays for asking, at least 0; None: it cannot ask. See `pz_envs.text.questions`."""
+    """The student's price of asking, at least 0; None: it cannot ask. See `pz_envs.text.questions`."""
     failure_reward: float | None = None
     """Reward of a text that is no action, in the world's `reward_range`; None: the world's own, too low to exploit."""
     render_mode: str | None = None
     """None, `ansi`, `rgb_array` or `human`, a window."""
     privileged_info: bool = False
-    """Show the truth in frames, and whether what was said holds; in the student's environments also put the `moment`
-    into the info, and `changes`, what a rewriting voice did to numbers and names.
+    """Show the truth in frames, and whether each claim holds; in the student's environments also put the `moment` into
+    the info, and `changes`, the numbers and names that a rewriting voice changed.
     """
     theme: str = "light"
-    """Of frames: `light` or `dark`."""
+    """The theme of frames: `light` or `dark`."""
     options: Mapping[str, Any] = field(default_factory=dict)
     """The world's options; a copy is kept."""
 
@@ -146,7 +146,7 @@ class Settings:
         if self.text and self.numbers:
             raise ValueError("text=True and numbers=True exclude each other; set one of them")
         if self.embed is not None and not self.numbers:
-            raise ValueError("embed= makes numbers of words; it needs numbers=True")
+            raise ValueError("embed= needs numbers=True; set it, or leave out embed=")
         if self.max_turns is not None and not is_count(self.max_turns):
             raise ValueError(f"max_turns (or max_cycles) must be an integer of at least 1, got {self.max_turns!r}")
         for name, allowed in (("speech", SPEECHES), ("theme", THEMES)):
@@ -167,7 +167,7 @@ class Settings:
 
     @property
     def wording(self) -> TeacherKeywords:
-        """What makes a teacher of a personality, as keywords."""
+        """The fields that make a teacher of a personality, as keywords."""
         return {
             "instruction_type": self.instruction_type,
             "feedback_type": self.feedback_type,
@@ -188,18 +188,18 @@ class Settings:
         elsewhere: Callable[[str], str] = lambda _: "",
         **defaults: Any,
     ) -> Self:
-        """The settings that a door was given.
+        """The settings for a function that makes environments.
 
         Args:
-            where: what takes them, for errors.
+            where: the function's name, for errors.
             keywords: fields and options of the world.
             options: the options that the world has.
-            given: settings that the keywords change; None: the defaults. Where they have the default of a field, the
-                door's own default counts.
-            others: what the door takes besides, for errors.
-            refused: fields that the door does not take.
-            elsewhere: says of an unknown keyword what takes it, to complete the message.
-            defaults: fields whose defaults are others at this door.
+            given: settings that the keywords change; None: the defaults. Fields at their default get the function's own
+                default.
+            others: further arguments of the function, for errors.
+            refused: fields that the function does not take.
+            elsewhere: names what takes an unknown keyword, to complete the message.
+            defaults: fields with other defaults in this function.
 
         Raises:
             ValueError: a keyword is unknown, or a value is not allowed.
@@ -235,7 +235,7 @@ def check_flags(**flags: Any) -> None:
     """Check switches.
 
     Raises:
-        ValueError: one is neither True nor False.
+        ValueError: a value is neither True nor False.
     """
     for name, value in flags.items():
         if not isinstance(value, bool | np.bool_):
@@ -248,10 +248,10 @@ _DEFAULT = Settings()
 def takes_settings(
     *, without: Iterable[str] = (), names: Mapping[str, str] = MappingProxyType({}), **defaults: Any
 ) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """A decorator of doors: their signature shows the fields of `Settings` in place of `**settings`.
+    """A decorator of functions that make environments: the signature shows the fields of `Settings` for `**settings`.
 
     Args:
-        without: fields that the door does not take.
+        without: fields that the function does not take.
         names: fields that have another name there.
         defaults: fields that have another default there.
     """
@@ -272,7 +272,7 @@ def takes_settings(
             if each.name not in taken and each.name != "options"
         ]
         rest = inspect.Parameter("options", inspect.Parameter.VAR_KEYWORD, annotation=Any)
-        function.__signature__ = signature.replace(parameters=[*own, *shown, *whole, rest])  # type: ignore[attr-defined]  # what `inspect.signature` looks for
+        function.__signature__ = signature.replace(parameters=[*own, *shown, *whole, rest])  # type: ignore[attr-defined]  # for `inspect.signature`
         return function
 
     return decorate

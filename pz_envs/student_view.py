@@ -27,9 +27,9 @@ class StudentView:
 
     Args:
         session: the session.
-        settings: of the lesson.
+        settings: the settings of the lesson.
         image: the space of the image beside the text; None: there is no image.
-        renderer: renders the episode; None: it cannot be drawn.
+        renderer: renders the episode; None: no rendering.
     """
 
     def __init__(
@@ -64,7 +64,7 @@ class StudentView:
 
     @property
     def turns_left(self) -> int:
-        """Actions that the student has left, if nothing else ends the episode."""
+        """The student's remaining actions, if nothing else ends the episode."""
         return self.session.max_turns - self.session.moment.turn
 
     def act(self, action: Any) -> float:
@@ -91,7 +91,7 @@ class StudentView:
             self.session.read(action)
 
     def _parted(self, action: Any) -> tuple[bool, Any]:
-        """Whether an action is a question, and the world's action in it."""
+        """Whether an action is a question, and the world's action that it contains."""
         if self.session.ask_cost is None:
             return False, action
         if isinstance(action, str) and isinstance(self.action_space, spaces.Text):
@@ -99,7 +99,7 @@ class StudentView:
         return read_question(action, self.action_space)
 
     def state(self) -> Any:
-        """The world as the student sees it; each action makes a new object, which is not copied here."""
+        """The world as the student sees it, not copied, since each action makes a new object."""
         session = self.session
         return session.world.describe(session.state) if self.text else session.state
 
@@ -113,7 +113,7 @@ class StudentView:
         return seen | {"image": self.image()} if self.visual else seen
 
     def info(self) -> dict[str, Any]:
-        """The session's info, a new dict in each turn; with `numbers` without `atoms`."""
+        """The session's info, a new dict in each turn; it has no `atoms` with `numbers`."""
         info = self.session.info
         if self.numbers is None:
             return info
@@ -130,7 +130,7 @@ class StudentView:
         return self.session.world.describe(self.session.state)
 
     def image(self) -> Any:
-        """The image beside the text: the world's own, if it has one, else its picture, as the student may see it."""
+        """The image beside the text: the world's own image, if any, else its picture without the truth."""
         if self.renderer is None or self.session.world.options.get("visual"):
             return self.session.state["image"]
         return self.renderer.view(self.description())
@@ -144,7 +144,7 @@ class StudentView:
         return self.require_renderer().frame(self.description())
 
     def pieces(self) -> Text:
-        """The turn, the student's action and the world as text, in pieces with a style each; errors as in `frame`."""
+        """The turn, the student's action and the world as text, in styled pieces; errors as in `frame`."""
         return self.require_renderer().text(self.description())
 
     def as_text(self) -> str:
@@ -163,21 +163,21 @@ class StudentView:
 def info_for(policy: Any, info: dict[str, Any], turns_left: int, moment: Moment[Any]) -> dict[str, Any]:
     """The info that a policy in a student's seat may see.
 
-    It is the seat's info with `turns_left`. What else it has depends on the policy's `reads`, by default "atoms": for
-    "nothing", "reward" and "words" it has no `atoms`; for "reward" and "atoms and reward" it has the last turn's
-    `reward`; for "truth" it has the privileged `moment`. If the policy `draws_worlds`, it has the moment `sealed`, from
-    which `teachers.belief.Belief` draws the worlds that agree with what the student saw.
+    It is the seat's info with `turns_left`. The other entries depend on the policy's `reads`, by default "atoms": for
+    "nothing", "reward" and "words" there are no `atoms`; for "reward" and "atoms and reward" there is the last turn's
+    `reward`; for "truth" there is the privileged `moment`. If the policy `draws_worlds`, there is the moment `sealed`;
+    `teachers.belief.Belief` draws from it the worlds that agree with what the student saw.
 
     Args:
         policy: the policy.
         info: the seat's.
-        turns_left: actions that the student has left.
+        turns_left: the student's remaining actions.
         moment: the student's last moment.
     """
     info = {**info, "turns_left": turns_left}
     reads = getattr(policy, "reads", "atoms")
     if reads in ("nothing", "reward", "words"):
-        info.pop("atoms", None)  # there are none before the teacher has spoken
+        info.pop("atoms", None)  # missing before the teacher's first word
     if reads in ("reward", "atoms and reward"):
         info["reward"] = moment.reward
     elif reads == "truth":

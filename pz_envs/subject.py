@@ -1,4 +1,4 @@
-"""Subjects, which can be taught, and seatings, which are ways to place teachers and students over them."""
+"""Subjects, which teachers teach, and seatings, which place teachers and students over them."""
 
 import importlib
 import inspect
@@ -41,7 +41,7 @@ _shown = takes_settings(names={"max_turns": "max_cycles"})
 
 
 class Subject(ABC):
-    """What is taught: it makes worlds, and teachers and environments for them."""
+    """A subject: it makes worlds, and teachers and environments for them."""
 
     name: str
     summary: str
@@ -82,11 +82,11 @@ class Subject(ABC):
         return ()
 
     def elsewhere(self, option: str) -> str:
-        """What else has an option that this subject lacks, to complete a message; empty: nothing."""
+        """Other subjects with an option that this subject lacks, to complete a message; empty without any."""
         return ""
 
     def for_lesson(self, settings: Settings) -> "Subject":
-        """The subject of a lesson with these settings: another one where teachers plan for options and turns."""
+        """The subject of a lesson with these settings; a new subject if its teachers plan for options and turns."""
         return self
 
     @property
@@ -111,11 +111,11 @@ class Subject(ABC):
         raise ValueError(f"{self.name} cannot be played in arrays; leave out vectorization_mode, or set it to 'sync'")
 
     def taught_world(self, **options: Any) -> "World[Any, Any, Any]":
-        """A world for a new environment."""
+        """The world of a new environment."""
         return self.make_world(**options)
 
     def turns(self, given: int | None = None, **options: Any) -> int:
-        """Turns after which an episode is truncated, if these are given, in a world with these options.
+        """The turns after which an episode is truncated: the given number, or that of a world with these options.
 
         Raises:
             ValueError: the teacher has planned for another number.
@@ -123,40 +123,40 @@ class Subject(ABC):
         return self.max_turns if given is None else given
 
     def make_picture(self, world: "World[Any, Any, Any]") -> "Picture[Any]":
-        """The picture of such a world; by default its description as text."""
+        """The picture of a world of this subject; by default its description as text."""
         from worlds.pictures import TextPicture
 
         return TextPicture(world.scratch())
 
     posterior: str = ""
-    """The class of what a student cannot know of its worlds; empty if there is none."""
+    """The class of its worlds' posterior; empty if there is none."""
     posterior_needs: Mapping[str, Any] = MappingProxyType({})
-    """Options of a world that has a posterior, where by default it has none."""
+    """Options that a world needs to have a posterior, beside the defaults."""
 
     posterior_abilities: frozenset[str] = frozenset()
     """What teachers can do by the posterior; see `teachers.oracle.ABILITIES`."""
 
     def make_posterior(self, world: "World[Any, Any, Any]") -> "Posterior[Any]":
-        """What a student cannot know of such a world.
+        """The posterior of a world of this subject.
 
         Raises:
             ValueError: there is no posterior, or none with the world's options; the message says why.
         """
-        raise ValueError(f"the lesson {self.name!r} has no posterior; a family has one if it declares it")
+        raise ValueError(f"the lesson {self.name!r} has no posterior; allowed: families that declare one")
 
     def make_posterior_context(self, world: "World[Any, Any, Any]") -> "PosteriorContext":
-        """What is needed to infer what a student in such a world can know; errors as in `make_posterior`."""
+        """What is needed to infer what a student in such a world knows; errors as in `make_posterior`."""
         from teachers.information import PosteriorContext
 
         return PosteriorContext(self.make_posterior(world), self.oracle_class()(world.scratch))
 
     def make_information(self, world: "World[Any, Any, Any]", seed: int, worlds: int | None = None) -> "Information":
-        """What a student of an episode in such a world can know, and how much claims tell it.
+        """Measures what a student of an episode can know, and how much claims tell it.
 
         Args:
-            world: the world of the episode, which does not change.
-            seed: of the episode.
-            worlds: number of worlds by which a claim is measured; None: `teachers.information.WORLDS`.
+            world: the world of the episode; it does not change.
+            seed: the seed of the episode.
+            worlds: number of worlds for measuring a claim; None: `teachers.information.WORLDS`.
 
         Raises:
             ValueError: see `make_posterior` and `teachers.information.Information`.
@@ -167,7 +167,7 @@ class Subject(ABC):
         return Information(self.make_posterior_context(world), Seeds(seed).stream("information"), worlds)
 
     def serves(self, personality: "str | Personality", **options: Any) -> bool:
-        """Whether there is all that a personality needs, in a world with these options."""
+        """Whether a world with these options has all that a personality needs."""
         from teachers.personality import parse_personality
 
         make = self.oracle_class()
@@ -177,7 +177,7 @@ class Subject(ABC):
         return parse_personality(personality).needs <= able
 
     def vocabulary(self, world: "World[Any, Any, Any] | None" = None) -> "Vocabulary":
-        """What teachers can say by claims that are made from JSON: its JSON Schema, and what makes them.
+        """The claims that teachers can state as JSON: their JSON Schema, and the functions that make them.
 
         Args:
             world: decides which actions there are; None: a world without options.
@@ -192,7 +192,7 @@ class Subject(ABC):
         personality: "str | Personality" = "oracle",
         **wording: Unpack[TeacherKeywords],
     ) -> "Teacher":
-        """A teacher for such a world; arguments and errors as in `teachers.teacher.Teacher`."""
+        """A teacher for a world of this subject; arguments and errors as in `teachers.teacher.Teacher`."""
         from teachers.oracle import POSTERIOR
         from teachers.personality import parse_personality
         from teachers.teacher import Teacher
@@ -215,8 +215,8 @@ class Subject(ABC):
 
         Args:
             seating: a module of `pz_envs.seatings`: `tutoring`, `classroom`, `panel`, ...
-            settings: of the lesson; None: the defaults.
-            keywords: fields of `Settings` that replace those (`max_turns` is called `max_cycles`; in classrooms and
+            settings: the settings of the lesson; None: the defaults.
+            keywords: fields of `Settings` that replace them (`max_turns` is called `max_cycles`; in classrooms and
                 panels `speech` is `kinds` by default), the world's options, `episodes` of a lifetime (see
                 `pz_envs.lifetime_env.LifetimeEnv`), and arguments of the seating, such as `students` of a classroom.
 
@@ -275,7 +275,7 @@ class Seating(ABC):
     """A way to place teachers and students over a subject's worlds: a module of `pz_envs.seatings` with a `SEATING`."""
 
     defaults: ClassVar[Mapping[str, Any]] = {}
-    """Fields of `Settings` with other defaults in this seating."""
+    """Fields of `Settings` whose defaults this seating changes."""
 
     @abstractmethod
     def raw_env(self, subject: Subject, settings: Settings, *args: Any, **own: Any) -> "SeatsEnv":
@@ -284,7 +284,7 @@ class Seating(ABC):
     def parallel_env(
         self, subject: Subject, settings: Settings, *args: Any, **own: Any
     ) -> "TurnBasedParallelEnv | ParallelSeats":
-        """The parallel form: every agent acts, and the actions of those that are not selected are ignored."""
+        """The parallel form: every agent acts, and only the selected agent's action counts."""
         from pz_envs.parallel_seats import TurnBasedParallelEnv
         from pz_envs.seats import OrderEnforcing
 

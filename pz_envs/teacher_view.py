@@ -1,4 +1,4 @@
-"""A teacher's view of a session: observations, actions, infos and rewards."""
+"""The teacher's view of a session: observations, actions, infos and rewards."""
 
 from collections.abc import Callable
 from typing import Any
@@ -33,13 +33,13 @@ CLAIM_COLUMNS = (*KINDS, "action", "plan", "edit")
 FEATURES = ("turn", "reward", "importance", "budget", "over")
 """The names of the numbers of `teachers.teacher_turn.TeacherTurn.features`."""
 SUBSET_BITS = np.array([[subset >> i & 1 for i in range(len(KINDS))] for subset in range(SUBSETS)], np.int8)
-"""Per subset 1 for each kind in it, else 0; int8 of shape (32, 5)."""
+"""For each subset, 1 for each kind in it, else 0; int8 of shape (32, 5)."""
 LEGAL = np.array([[int(not said & ~true) for said in range(SUBSETS)] for true in range(SUBSETS)], np.int8)
-"""Per subset of available kinds 1 for each subset that can be said, else 0; int8 of shape (32, 32)."""
+"""For each subset of available kinds, 1 for each subset that can be said, else 0; int8 of shape (32, 32)."""
 ACTIONS = ("all", "compact")
-"""The subsets a teacher chooses from: all, or those of the kinds that feedback type and oracle allow."""
+"""The subsets that a teacher chooses from: all, or only subsets of the kinds that feedback type and oracle allow."""
 _FLOAT = np.dtype(np.float32)
-_BITS, _MASKS = list(SUBSET_BITS), list(LEGAL)  # rows, which a list finds faster
+_BITS, _MASKS = list(SUBSET_BITS), list(LEGAL)  # a list of rows, since indexing it is faster
 
 
 class TeacherView:
@@ -49,7 +49,7 @@ class TeacherView:
         session: the session.
         speech: the form of its action: `message`, `kinds` or `claims`.
         reward: its reward of a student's turn; see `pz_envs.rewards`.
-        number: the teacher's, in the session.
+        number: the teacher's number in the session.
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class TeacherView:
         """Speak.
 
         Returns:
-            The teacher's reward for that.
+            The teacher's reward for its words.
 
         Raises:
             ValueError: the action is outside the action space; nothing has changed.
@@ -90,7 +90,7 @@ class TeacherView:
         return moment.reward if reward is student_reward else reward(moment, self.teacher_turn.teacher.oracle)
 
     def observe(self, acts: bool = True) -> dict[str, Any]:
-        """The observation; `acts`: whether it is the teacher's turn; if not, only silence is legal."""
+        """The observation. `acts`: whether it is the teacher's turn; otherwise only silence is legal."""
         if self.speech == "message":
             return self.words()
         available = self.teacher_turn.available()
@@ -134,7 +134,7 @@ class TeacherView:
         return np.array(low, np.float32), np.array(high, np.float32)
 
     def table(self) -> np.ndarray:
-        """Per claim to choose from 1 for its kind and its role, else 0; int8 (32, 8), with columns `CLAIM_COLUMNS`."""
+        """For each available claim, 1 for its kind and its role, else 0; int8 (32, 8), with columns `CLAIM_COLUMNS`."""
         table = np.zeros((CLAIMS, len(CLAIM_COLUMNS)), np.int8)
         for i, claim in enumerate(self.teacher_turn.listed()):
             bare = unhedged(claim.claim if isinstance(claim, Late) else claim)
@@ -163,7 +163,7 @@ class TeacherView:
 
 
 def choices_of(actions: str, teacher: Teacher, speech: str = "kinds") -> tuple[int, ...]:
-    """The subsets that a teacher chooses from, by the number of its action.
+    """The subset that each action number of a teacher says.
 
     Raises:
         ValueError: `actions` is unknown, or needs `speech="kinds"`.

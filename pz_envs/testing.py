@@ -29,7 +29,7 @@ from worlds.testing import plain, require
 from worlds.world import World
 
 Make = Callable[..., AECEnv]
-_ALLOWED = (  # of PettingZoo's checkers, for agents with text observations
+_ALLOWED = (  # warnings of PettingZoo's checkers about text observations
     "Observation is not a NumPy array",
     "(Observation|Action) space for each agent probably should be gymnasium.spaces.box or gymnasium.spaces.discrete",
     "Agents have different observation space sizes",
@@ -120,7 +120,7 @@ def check_silence(make: Make) -> None:
 
 
 def check_privilege(make: Make) -> None:
-    """Only the teacher's info has the moment; the student's info and observation have neither it nor the reward."""
+    """Only the teacher's info has the moment; the student gets neither the moment nor the reward."""
     env = make(speech="kinds")
     env.reset(seed=0)
     for _ in range(6):
@@ -136,7 +136,7 @@ def check_privilege(make: Make) -> None:
 
 
 def check_parse_failure(make: Make) -> None:
-    """A text that is no action costs a turn, gets feedback, and does not change the world."""
+    """A text that is not an action costs a turn, gets feedback, and does not change the world."""
     env = make(speech="kinds", text=True, max_cycles=2)
     env.reset(seed=0)
     env.step(0)
@@ -154,7 +154,7 @@ def check_parse_failure(make: Make) -> None:
 
 
 def check_budget(make: Make) -> None:
-    """A budget is kept exactly, one of 5 atoms or, where an episode has fewer, of one less."""
+    """A budget is kept exactly: 5 atoms, or one atom less than an episode has."""
     free = _said(make(speech="kinds", max_cycles=10))
     budget = max(min(5, free - 1), 1)
     spent = _said(make(speech="kinds", budget=budget, max_cycles=10))
@@ -162,7 +162,7 @@ def check_budget(make: Make) -> None:
 
 
 def _said(env: AECEnv) -> int:
-    """The number of atoms in an episode in which the teacher says all that it may."""
+    """The number of atoms in an episode with a teacher that says everything."""
     env.reset(seed=1)
     said = 0
     while env.agents:
@@ -178,7 +178,7 @@ def _said(env: AECEnv) -> int:
 
 
 def check_lifetime(make: Make) -> None:
-    """A lifetime passes PettingZoo's checkers; its episodes begin alike, and infos have the last step before."""
+    """A lifetime passes PettingZoo's checkers; episodes begin alike; infos have the last step of the previous one."""
 
     def lifetime() -> AECEnv:
         return make(speech="kinds", episodes=3, max_cycles=2)
@@ -200,7 +200,7 @@ def check_lifetime(make: Make) -> None:
 
 
 def check_roles(make: Make) -> None:
-    """The slots that claims declare are in their sentences, in a form that a student can use as its action."""
+    """Sentences contain the slots that claims declare, in a form that a student can use as its action."""
     for type_ in make().unwrapped.session.teacher.oracle.instruction_types:
         env = make(speech="kinds", instruction_type=type_, max_cycles=12)
         env.reset(seed=0)
@@ -254,7 +254,7 @@ CHECKS: tuple[Callable[[Make], None], ...] = tuple(
 
 
 def check_family(family: Family) -> None:
-    """All that a declaration names exists: classes, phrases, options, environments, the extra, the seats.
+    """Everything that a declaration names exists: classes, phrases, options, environments, the extra, the seats.
 
     Raises:
         AssertionError: something is missing; the message names it.
@@ -280,7 +280,7 @@ def check_family(family: Family) -> None:
 
 
 def _named(family: Family, what: str, load: Callable[[], Any]) -> Any:
-    """What a declaration names, loaded."""
+    """The object that a declaration names."""
     try:
         return load()
     except Exception as error:

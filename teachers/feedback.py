@@ -1,4 +1,4 @@
-"""Feedback types: which kinds of feedback are wanted. Subsets of the kinds as numbers."""
+"""Feedback types, which select kinds of feedback, and subsets of the kinds as numbers."""
 
 from collections.abc import Iterable, Set
 from typing import Any, TypeVar
@@ -51,7 +51,7 @@ def format_kinds(feedback_type: str | Iterable[str]) -> str:
 
 
 def draw_kinds(kinds: Set[FeedbackType], rng: np.random.Generator) -> frozenset[FeedbackType]:
-    """A uniformly drawn non-empty subset; empty if `kinds` is empty."""
+    """A random non-empty subset, uniform; empty if `kinds` is empty."""
     ordered = [kind for kind in KINDS if kind in kinds]
     if not ordered:
         return frozenset()

@@ -43,7 +43,7 @@ def syntax(space: spaces.Space[Any]) -> str:
 
 
 def describe_space(space: spaces.Space[Any]) -> str:
-    """A space as Gymnasium shows it; one whose own text has an address in memory by its name and an element."""
+    """The text of a space as Gymnasium shows it; if that has a memory address, the class name and an element."""
     if isinstance(space, spaces.Dict):
         return f"Dict({', '.join(f'{name!r}: {describe_space(part)}' for name, part in space.items())})"
     if isinstance(space, spaces.Tuple):
@@ -60,7 +60,7 @@ def describe_space(space: spaces.Space[Any]) -> str:
 
 
 def is_element(space: spaces.Space[Any], action: Any) -> bool:
-    """Whether the action is in the space; a bool, which Gymnasium takes for 0 or 1, is not."""
+    """Whether the action is in the space. A bool is not, although Gymnasium takes it for 0 or 1."""
     # Gymnasium's own check takes six times as long.
     if type(space) is spaces.Discrete and type(action) in (int, space.dtype.type):
         return 0 <= int(action) - int(space.start) < int(space.n)
@@ -244,9 +244,9 @@ def format_value(value: Any, whole: int = 200) -> str:
 
 
 def inward(low: float, high: float, dtype: Callable[[float], Any] = float) -> tuple[float, float]:
-    """The bounds of an interval as they are said: with six digits, or more where it is narrow, and never outside it.
+    """The bounds of an interval, rounded for a text: six digits, more for a narrow interval, and never outside it.
 
-    A number is inside if it is so once it is converted by `dtype`.
+    A number counts as inside if `dtype(number)` is.
     """
     return _within(low, low, high, 1, dtype), _within(high, low, high, -1, dtype)
 

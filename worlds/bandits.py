@@ -22,7 +22,7 @@ FEATURES = (("red", "green", "blue"), ("round", "square", "oval"))
 LEVELS = len(FEATURES[0])
 """Number of levels of payment in a town."""
 Law = tuple[tuple[int, ...], ...]
-"""The weight of each word of `FEATURES`; those of an arm's looks add up to its level, 0 to `LEVELS - 1`."""
+"""The weight of each word of `FEATURES`; the weights of an arm's words add up to its level, 0 to `LEVELS - 1`."""
 _NOTHING = (0,) * LEVELS
 LAWS: tuple[Law, ...] = tuple(
     tuple(weights if feature == decisive else _NOTHING for feature in range(len(FEATURES)))
@@ -63,7 +63,7 @@ class Problem:
     """Returns chances and payouts as in `Truth`, given their shape, whose last dimension is the arms."""
     arms: int = 10
     spread: float = 0.0
-    """As in `Truth`."""
+    """Standard deviation of what an arm pays when it pays, at least 0."""
     fixed: bool = False
     """Whether the arms and their number are given, and only their order is drawn."""
 
@@ -77,9 +77,10 @@ class Problem:
     def levelled(
         self, chances: _Numbers, payouts: _Numbers, levels: npt.NDArray[np.int64]
     ) -> tuple[_Numbers, _Numbers]:
-        """Chances and payouts that were drawn, moved into the level of each arm, an equal share of all that is drawn.
+        """Move drawn chances and payouts into the level of each arm; each level has an equal share of the distribution.
 
-        So each arm pays more on average than those of lower levels, and without regard to levels nothing has changed.
+        So each arm pays more on average than the arms of lower levels, and over all levels the distribution is
+        unchanged.
         """
         if self.spread:
             normal = NormalDist()
@@ -120,8 +121,8 @@ class Bandit(World[Truth, Any, int]):
     Args:
         problem: a key of `PROBLEMS`.
         arms: number of arms, 2 to 10,000, for a problem that draws each by itself; None: the problem's default.
-        town: number of a town, at least 0, in which arms have looks that decide how well they pay; for a problem that
-            draws each arm by itself. None: arms have no looks.
+        town: number of a town, at least 0, for a problem that draws each arm by itself. The looks of a town's arms
+            decide how well they pay. None: arms have no looks.
 
     Raises:
         ValueError: an argument is not allowed.

@@ -2,5 +2,5 @@
 
 
 def pip_install(extra: str) -> str:
-    """The command that installs an extra, and the one that does so in a clone of the repository."""
+    """The command that installs an extra, and its form for a clone of the repository."""
     return f"pip install 'llf-teacher[{extra}]' (in a clone: pip install -e '.[{extra}]')"

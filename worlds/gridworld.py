@@ -61,7 +61,7 @@ ROOM_TYPES = ("attic", "bathroom", "bedroom", "cellar", "hall", "kitchen", "libr
 OBJECTS = ("clock", "lamp", "mirror", "plant", "vase")
 TREASURE = "treasure"
 NO_DOOR = -1
-_DOORS = {walls: 1 - np.array(walls, np.int8) for walls in product((False, True), repeat=4)}  # on which sides
+_DOORS = {walls: 1 - np.array(walls, np.int8) for walls in product((False, True), repeat=4)}  # by sides with walls
 _NAMED = "of letters, spaces, hyphens and apostrophes"
 _ATTEMPTS = 200
 
@@ -78,7 +78,7 @@ class Layout(NamedTuple):
     treasure: int
     """The room with the treasure."""
     law: str = ""
-    """The type of room in which the treasures of the town lie; empty without a town."""
+    """The type of the rooms with the treasures of the town; empty without a town."""
 
 
 class Sides(NamedTuple):
@@ -117,7 +117,7 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
         object_types: types of objects, at least one.
         treasure: name of the treasure.
         map: whether the teacher's instruction gives the plan of the house; the world itself is the same.
-        town: number of a town, at least 0, in whose houses treasures lie in rooms of one type; None: in any rooms.
+        town: number of a town, at least 0; all treasures of a town lie in rooms of one type. None: in any rooms.
 
     Names consist of letters, spaces, hyphens and apostrophes.
     """
@@ -165,7 +165,7 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
             raise ValueError(f"map must be True or False, got {map!r}")
         rng = town_stream("gridworld", town)
         self.law = room_types[int(rng.integers(len(room_types)))] if rng else ""
-        """The type of room in which treasures lie; empty without a town."""
+        """The type of the rooms with treasures; empty without a town."""
         self.things = (*object_types, treasure)
         """The objects that may be in a room, the treasure last."""
         self.observation_space = spaces.Dict(
@@ -192,7 +192,7 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
 
     def legal(self, action: Any) -> Direction:
         """The action as a `Direction`."""
-        # Without this short cut past Gymnasium's own check a turn takes a fifth longer.
+        # Skip Gymnasium's own check for plain actions: it makes a turn a fifth longer.
         if not (type(action) in _PLAIN and 0 <= action < 4) and not is_element(self.action_space, action):
             raise illegal(action, "0 north, 1 east, 2 west, 3 south")
         number: int = action

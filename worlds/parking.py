@@ -45,7 +45,7 @@ class Car(NamedTuple):
     speed: float
     """In metres per second; negative backwards."""
     impact: tuple[float, float] | None = None
-    """Displacement, in metres, by an unavoidable collision in the next simulation step."""
+    """Displacement in metres that an unavoidable collision causes in the next simulation step."""
     crashed: bool = False
 
 
@@ -73,10 +73,10 @@ class Truth(NamedTuple):
 def step_car(
     x: float, y: float, heading: float, speed: float, cosine: float, sine: float, slip: float, gain: float
 ) -> tuple[float, float, float, float]:
-    """Where a car is after a simulation step, and how fast; the oracle's model uses this definition, too.
+    """The position and speed of a car after a simulation step; the oracle's model uses this function, too.
 
     Args:
-        x, y, heading, speed: of the car before it, as in `Car`.
+        x, y, heading, speed: of the car before the step, as in `Car`.
         cosine, sine: of the direction of travel, which is the heading plus the slip angle.
         slip: sine of the slip angle.
         gain: change of speed in the step, in metres per second.

@@ -102,8 +102,8 @@ class Poem(World[Truth, int, str]):
 
         Args:
             seed: seed of the world's random stream.
-            options: `{"syllable_req": [5, 7, 5]}` fixes the line pattern and `{"syllable": 7}` the one number
-                instead, each in the form that draws it: 1 to 40 lines, 1 to 40 syllables.
+            options: `{"syllable_req": [5, 7, 5]}` fixes the line pattern, `{"syllable": 7}` the number of syllables of
+                every line, each in the form that draws it: 1 to 40 lines, 1 to 40 syllables.
 
         Raises:
             ValueError: one of these options with another form, or a number out of range.
@@ -161,7 +161,7 @@ class Poem(World[Truth, int, str]):
         return "\n".join(" ".join(_WORDS[next(words)] for _ in range(size)) for size in sizes)
 
     def draw_reset(self, rng: np.random.Generator) -> dict[str, Any]:
-        """A random pattern, if the form takes one."""
+        """A random pattern, if the form takes a pattern."""
         if (name := _OPTIONS.get(self.form)) is None:
             return {}
         pattern = rng.integers(1, MOST + 1, size=rng.integers(1, MOST + 1)).tolist()
@@ -223,7 +223,7 @@ def readings(line: str) -> int:
 
 @lru_cache(maxsize=16_384)
 def _counts(part: str) -> int:
-    """The possible numbers of syllables of a part of a line without space, which usually is a word."""
+    """The possible numbers of syllables of a part of a line without spaces, usually a word."""
     text = part.casefold()
     if not text.isascii():
         text = "".join(map(_bare, text))
@@ -232,7 +232,7 @@ def _counts(part: str) -> int:
 
 
 def _sums(parts: Iterable[int]) -> int:
-    """Every sum of a number of each part, where parts and sums are bit masks."""
+    """Every sum with one number of each part; parts and sums are bit masks."""
     totals = 1
     for counts in parts:
         if not counts & counts - 1:  # a single number, as for most words

@@ -14,7 +14,7 @@ _PRINTABLE = "".join(map(chr, range(32, 127)))
 
 
 class _Words(spaces.Text):
-    """The class for which `iterate` is registered: SuperSuit iterates over texts by the space of a single text.
+    """The class with a registered `iterate`: SuperSuit iterates over texts by the space of a single text.
 
     `Prose` itself must not be registered: for a Tuple of registered spaces, Gymnasium iterates over the items' items.
     """
@@ -26,7 +26,7 @@ def _iterate(space: _Words, items: Iterable[str]) -> Iterator[str]:  # type: ign
 
 
 class Prose(_Words):
-    """Any Unicode text, the empty one included, of at most `max_length` characters.
+    """Any Unicode text of at most `max_length` characters, also the empty text.
 
     `gymnasium.spaces.Text` has an alphabet, checks each character and does not support text in shared
     memory; here `contains` checks only type and length, and samples are short printable ASCII.

@@ -158,7 +158,7 @@ def check_legal(make: Make) -> None:
     world = started(make)
     for wrong in (None, "\x00", -1, 10**9, 0.5, True, [], {}, object()):
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # a Box warns when it casts
+            warnings.simplefilter("ignore")  # a Box warns when it casts a value
             if wrong is not True and wrong in world.action_space:  # Gymnasium takes True for the number 1
                 continue
         before = plain(world.save())

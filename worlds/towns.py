@@ -1,4 +1,4 @@
-"""Towns: worlds that share a law, such as where treasures lie, which is drawn from the number of the town."""
+"""Towns: worlds that share a law, such as where treasures lie. A town's number determines its law."""
 
 from typing import Any
 

@@ -47,7 +47,7 @@ class WorldTurn(NamedTuple, Generic[TruthT]):
     """The truth after the turn."""
     success: bool = False
     reward_known: bool = False
-    """Whether the student knows the reward: whether it was said."""
+    """Whether the student knows the reward: whether the teacher said it."""
 
 
 class World(gymnasium.Env[ObservationT, ActionT], Generic[TruthT, ObservationT, ActionT]):
@@ -68,7 +68,7 @@ class World(gymnasium.Env[ObservationT, ActionT], Generic[TruthT, ObservationT, 
     reward_range: tuple[float, float]
     """Least and greatest reward of a step."""
     action_words: Mapping[str, Any] = MappingProxyType({})
-    """Lower-case words that name an action in text mode, each with its action."""
+    """Lower-case words for actions in text mode, each with its action."""
     action_fillers: tuple[str, ...] = ()
     """Further lower-case words that a sentence with nothing but an action may contain, such as `go`."""
     action_parts: tuple[str, ...] = ()
@@ -116,7 +116,7 @@ class World(gymnasium.Env[ObservationT, ActionT], Generic[TruthT, ObservationT, 
 
     @property
     def failure_reward(self) -> float:
-        """Reward of a turn, in the current state, whose text was not an action, so that the world did not step.
+        """Reward of a turn in the current state if its text is not an action, so that the world does not step.
 
         It must be too low to exploit: in every state some action pays at least as much.
         """
@@ -160,7 +160,7 @@ class World(gymnasium.Env[ObservationT, ActionT], Generic[TruthT, ObservationT, 
         return format_value(observation)
 
     def sample_action(self, rng: np.random.Generator) -> Any:
-        """A random legal action in the action space, as tried without knowledge of the task.
+        """A random legal action, for exploration without knowledge of the task.
 
         By default it is a sample of the action space.
         """
@@ -169,7 +169,7 @@ class World(gymnasium.Env[ObservationT, ActionT], Generic[TruthT, ObservationT, 
         return space.sample()
 
     def read(self, text: str) -> Any | None:
-        """The action that a text names in the world's own words, by default `action_words`; None if it names none.
+        """The action that a text names in the world's own words, by default `action_words`; None if it names no action.
 
         The result still has to pass `legal`.
         """
@@ -206,19 +206,20 @@ class World(gymnasium.Env[ObservationT, ActionT], Generic[TruthT, ObservationT, 
     def draw_options(self, rng: np.random.Generator) -> dict[str, Any]:
         """Random options of a world with the same task; by default its own.
 
-        Audits use such worlds, in each of which claims have to hold.
+        Audits check that claims hold in each of these worlds.
         """
         return self.options
 
     def draw_reset(self, rng: np.random.Generator) -> dict[str, Any]:
-        """Random options for `reset`, for the same purpose; by default none."""
+        """Random options for `reset`, also for audits; by default none."""
         return {}
 
     def original(self, actions: Sequence[Any], seed: int) -> gymnasium.Env[Any, Any] | None:
         """The environment of another package that this world reimplements, for benchmarks; None if there is none.
 
         Args:
-            actions: those of the episode, after `reset(seed=seed)`; a world may prepare for them.
+            actions: the actions of the episode after `reset(seed=seed)`, for worlds that prepare the environment for
+            them.
             seed: seed of the episode.
         """
         return None

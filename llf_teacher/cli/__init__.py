@@ -17,7 +17,7 @@ from llf_teacher import __version__
 from llf_teacher.escaping import escape_control_chars
 from teachers.spec import unknown
 
-# Options of several commands.
+# Options that several commands share.
 InstructionType = Annotated[
     str, typer.Option(help="Instruction: b (basic), p (with feedback on past actions) or c (complete).")
 ]
@@ -28,6 +28,7 @@ MaxTurns = Annotated[int | None, typer.Option(help="Most turns of the episode; b
 WorldOptions = Annotated[
     list[str] | None, typer.Option(help="Option of the environment's world, as NAME=VALUE; repeat it for several.")
 ]
+_NO_HELP = "No help under `python -OO`, which removes docstrings; run `llf` without -OO."
 errors = Console(emoji=False, stderr=True, highlight=False, soft_wrap=True, markup=False)
 
 
@@ -47,13 +48,14 @@ class Commands(TyperGroup):
         command = super().get_command(ctx, cmd_name)
         if command is not None:
             _without_type_of_flags(command.get_params(ctx))
+            command.help = command.help or _NO_HELP  # a command's help is its docstring
         return command
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """The command that the arguments begin with.
+        """The command that the first argument names.
 
         Raises:
-            ValueError: there is none of this name.
+            ValueError: there is no such command.
         """
         name = args[0]
         if name not in self.commands and not name.startswith("-") and not ctx.resilient_parsing:
@@ -96,7 +98,7 @@ def draw_off_screen() -> None:
 
 
 def print_missing() -> None:
-    """Print a line for each family that is left out because something is not installed."""
+    """Print a line for each family that is left out because a package is not installed."""
     from pz_envs.family import all_families
 
     for family in all_families():
@@ -105,10 +107,10 @@ def print_missing() -> None:
 
 
 def read_options(given: list[str] | None) -> dict[str, Any]:
-    """Options of a world that were given as NAME=VALUE, where a value is JSON, True, False or None, or a text.
+    """Options of a world from arguments NAME=VALUE; a value is JSON, True, False or None, or a text.
 
     Raises:
-        ValueError: one has no `=`.
+        ValueError: an argument has no `=`.
     """
     options = {}
     for each in given or ():
@@ -123,7 +125,7 @@ def read_options(given: list[str] | None) -> dict[str, Any]:
 
 
 def search_here() -> None:
-    """Have modules found in the working directory, as with `python -m`."""
+    """Let imports find modules in the working directory, as with `python -m`."""
     if os.getcwd() not in sys.path:
         sys.path.append(os.getcwd())
 
@@ -136,14 +138,14 @@ def complete_id(incomplete: str) -> list[str]:
 
 
 def complete_teacher(incomplete: str) -> list[str]:
-    """The completions of a teacher's spec; of a pipeline the last stage is completed."""
+    """The completions of a teacher's spec; in a pipeline, of its last stage."""
     from teachers.personality import PERSONALITIES
 
     return _complete_stage(incomplete, PERSONALITIES.names)
 
 
 def complete_student(incomplete: str) -> list[str]:
-    """The completions of a student's spec; behind `|` those of a trait."""
+    """The completions of a student's spec; behind `|`, of a trait."""
     from llf_teacher.students.parsing import STUDENTS, TRAITS
 
     return _complete_stage(incomplete, TRAITS.names if "|" in incomplete else STUDENTS.names)
@@ -167,7 +169,7 @@ def _options(
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Show the version and exit.")
     ] = False,
 ) -> None:
-    """The options before a command."""
+    """Options of `llf` itself."""
 
 
 add_modules(app, sys.modules[__name__])

@@ -74,8 +74,8 @@ def audit(
 ) -> None:
     """Check every claim of teachers, with many kinds of students, in worlds with many options.
 
-    The exit status is 1 if a teacher that promises honesty makes a false claim or contradicts itself, or if feedback
-    that was not asked for leaks.
+    The exit status is 1 if a teacher that promises honesty makes a false claim or contradicts itself, or if
+    unrequested feedback leaks.
     """
     if by_claim and not bits:
         raise ValueError("--by-claim prints how much the claims of each class say; give --bits too, as in --bits 256")
@@ -130,7 +130,7 @@ def audit(
 
 
 def _matching(patterns: list[str], names: Iterable[str], other: Callable[[str], str]) -> list[str]:
-    """The names that match a pattern, each once; `other` converts a pattern without a match, or raises an error."""
+    """The names that match the patterns, each once; `other` converts a pattern without a match, or raises an error."""
     found: dict[str, None] = {}
     for pattern in patterns:
         found.update(dict.fromkeys([name for name in names if fnmatchcase(name, pattern)] or [other(pattern)]))
@@ -160,7 +160,7 @@ def _audit(
 
 
 def _voice(name: str) -> "Voice":
-    """The name of a voice, or the function that `module:function` names.
+    """The name of a voice, or the function for `module:function`.
 
     Raises:
         ValueError: there is no such voice or function.
@@ -180,7 +180,7 @@ def _voice(name: str) -> "Voice":
 
 
 def _print_families(found: list["Audit"]) -> None:
-    """Print a row for each family: the oracle's claims and words in a turn, and the false claims of all teachers."""
+    """Print a row per family: the oracle's claims and words in a turn, and the false claims of all teachers."""
     from llf_teacher.registry import entry
     from teachers.atoms import KINDS, Label
 
@@ -223,7 +223,7 @@ def _print_families(found: list["Audit"]) -> None:
 
 
 def _print_claims(found: list["Audit"]) -> None:
-    """Print a row for each claim class of a family: how much its claims say."""
+    """Print a row per claim class of a family: the information of its claims."""
     from llf_teacher.registry import entry
     from teachers.information import Gain
 
@@ -242,11 +242,11 @@ def _print_claims(found: list["Audit"]) -> None:
 
 _WIDE = 110  # characters
 _GAINS = ("bits", "a word", "saved", "a bit")
-"""Columns: bits of a claim or in a turn, bits of a word, regret saved likewise, regret saved by a bit."""
+"""Columns: bits per claim or turn, bits per word, regret saved per claim or turn and per word, regret saved per bit."""
 
 
 def _gains(gain: "Gain", number: int) -> list[str]:
-    """Those columns, for so many claims or turns."""
+    """These columns, for a number of claims or turns."""
     if not gain.claims or not number:
         return ["-"] * len(_GAINS)
     bound = ">" if gain.at_least else ""
@@ -260,7 +260,7 @@ def _gains(gain: "Gain", number: int) -> list[str]:
 
 
 def _share_false(audits: list["Audit"]) -> str:
-    """The number of false claims among those of feedback; claims of instructions and notices are not counted."""
+    """The number of false claims of feedback, without instructions and notices."""
     from teachers.atoms import Label
 
     said = sum(number for each in audits for (kind, _), number in each.claims.items() if kind is not None)
@@ -343,7 +343,7 @@ def _print(found: list["Audit"]) -> None:
 
 
 def _print_hedges(console: Console, found: list["Audit"]) -> None:
-    """Print how often the hedged claims of each teacher hold, by the probability with which they were said."""
+    """Print how often the hedged claims of each teacher hold, by their stated probability."""
     for each in found:
         hedges = each.hedges
         table = Table("said", "sentences", "mean", "hold", box=None, padding=(0, 2, 0, 0))
@@ -359,7 +359,7 @@ def _print_hedges(console: Console, found: list["Audit"]) -> None:
 
 
 def summary(found: list["Audit"]) -> str:
-    """What the audits found, with all that makes the exit status 1."""
+    """The findings of the audits, with everything that makes the exit status 1."""
     from teachers.atoms import Label
 
     honest = [each for each in found if each.honest]

@@ -35,7 +35,7 @@ def list_(
         typer.Option("--schema", help="Print the JSON Schema of what a teacher can say, of a family given by name."),
     ] = False,
 ) -> None:
-    """List environments, teacher personalities, students and their traits, all or those whose names match."""
+    """List environments, teacher personalities, students and their traits: all, or the names that match."""
     from llf_teacher.registry import entries, ids
     from llf_teacher.students.parsing import STUDENTS, TRAITS
     from pz_envs.family import all_families
@@ -83,7 +83,7 @@ def list_(
 
 
 def _print_schema(name: str) -> None:
-    """The schema of a family, of the family of an id, or of an id of Gymnasium."""
+    """The schema for a family, an id's family, or an id of Gymnasium."""
     from llf_teacher.registry import entry, family
     from pz_envs.family import all_families
 

@@ -26,7 +26,7 @@ def add_to(app: typer.Typer) -> None:
 
 
 def models(context: typer.Context) -> None:
-    """List the models that are at hand, those that `get` can fetch, and the servers that run."""
+    """List the installed models, the models that `get` can fetch, and the running servers."""
     if context.invoked_subcommand is not None:
         return
     from llf_teacher.models.local import catalogue

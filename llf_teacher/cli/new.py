@@ -33,7 +33,7 @@ _NEXT = {
         "llf play llf-gridworld-v0 --seat teacher --student 'obedient | {name}'",
     ),
 }
-"""Per kind what to do next: a sentence, and commands."""
+"""The next step for each kind: a sentence, and commands."""
 
 
 def add_to(app: typer.Typer) -> None:
@@ -48,7 +48,7 @@ def new(
 ) -> None:
     """Begin a family, a personality, a student or a trait of your own: small files that work and pass their kits.
 
-    Files that are there stay as they are.
+    Existing files stay unchanged.
     """
     from llf_teacher.tools.scaffold import id_of, write
 

@@ -34,9 +34,9 @@ if TYPE_CHECKING:
     from teachers.teacher_turn import TeacherTurn
 
 UNDO, HELP, QUIT = "undo", ("?", "help"), ("q", "quit", "exit")
-"""What a person types to take a turn back, to read the rules again, and to leave.
+"""The words that a person types to take a turn back, to read the rules again, and to leave.
 
-To leave a world that has such an action, and in any line of a text of several lines, a colon stands before the word.
+A colon before the word makes it a command where it may also be an action, and in any line of a text of several lines.
 """
 _CERTAIN = ":"
 _COMMANDS = f"Type {UNDO} to take a turn back, {HELP[0]} for the rules, {QUIT[0]} or Ctrl-D to leave."
@@ -53,7 +53,7 @@ _STYLES = {
     "fp": "bold blue",
     "fn": "bold yellow",
 }
-"""Per role of a piece of text, and per kind of feedback, how it looks in a terminal that has colours."""
+"""The style of each role of text and each kind of feedback in a terminal with colours."""
 
 
 def add_to(app: typer.Typer) -> None:
@@ -100,12 +100,12 @@ def play(
 ) -> None:
     """Play the student: read the feedback and type actions. Or play the teacher: choose the feedback, or word it.
 
-    With `--student` and without `--seat`, watch: turn by turn what the student answers, what was taken as its action,
-    what the teacher says, and whether each sentence is true.
+    With `--student` and without `--seat`, watch: turn by turn the student's answer, the action that was read in it, the
+    teacher's words, and whether each sentence is true.
 
-    `undo` takes a turn back, `?` or `help` shows the rules; `q`, `quit`, `exit` or Ctrl-D leaves, and `:q` does where
-    `q` may be an answer. What is no action, or not among those that the world lists, costs no turn. An empty line ends
-    a text of several lines and is ignored elsewhere. Set NO_COLOR to switch colours off.
+    `undo` takes a turn back, `?` or `help` shows the rules. `q`, `quit`, `exit` or Ctrl-D leaves; where `q` may be an
+    answer, type `:q`. A text that is not an action, or not an action that the world lists, costs no turn. An empty line
+    ends a text of several lines and is ignored elsewhere. Set NO_COLOR to switch colours off.
     """
     if seat is None:
         seat = "student" if student is None else "none"
@@ -159,7 +159,7 @@ def play(
 def _lesson(
     id: str, seat: str, student: str, seed: int, worlds: int, options: dict[str, Any], **settings: Any
 ) -> "LiveLesson":
-    """The lesson with a person in a seat."""
+    """A lesson with a person in a seat."""
     from llf_teacher.episodes.live import LiveLesson
     from llf_teacher.registry import entry
     from llf_teacher.students.parsing import parse_student
@@ -188,7 +188,7 @@ def _watch(
     seed: int,
     settings: dict[str, Any],
 ) -> None:
-    """An episode of a student and its teacher, shown turn by turn as it is played; `settings` are of `make`."""
+    """An episode of a student and its teacher, shown turn by turn; `settings` are those of `make`."""
     from llf_teacher.episodes.loop import play_turns
     from llf_teacher.episodes.recorder import Recorder
     from llf_teacher.gym import StudentEnv
@@ -229,7 +229,7 @@ def _watch(
 
 
 def _show_turn(console: Console, row: "TurnRow", family: str) -> None:
-    """A turn: the answer, what was taken as its action, the world, and the teacher's sentences with their verdicts."""
+    """A turn: the answer, the action that was read in it, the world, the teacher's sentences and their verdicts."""
     turn = prepare_turns([row._asdict()], family)[0]
     if row.turn:
         console.print(Text(f"Turn {row.turn}", "bold"))
@@ -281,7 +281,7 @@ def _learn(console: Console, lesson: "LiveLesson") -> None:
 
 
 def _answer(console: Console, lesson: "LiveLesson", prompt: str) -> str | None:
-    """What a person answers: an action or `UNDO`; None if it is neither, and a message says so."""
+    """A person's answer: an action or `UNDO`; None for anything else, after a message."""
     session = lesson.session
     several_lines = session.world.several_lines
     text = _ask(console, prompt, several_lines)
@@ -301,7 +301,7 @@ def _answer(console: Console, lesson: "LiveLesson", prompt: str) -> str | None:
 
 
 def _command(text: str) -> tuple[str, bool]:
-    """A text as a command would be written, and whether it can be nothing else, by the colon before it."""
+    """A text in the form of a command, and whether a colon marks it as a command."""
     words = text.strip().lower()
     named = words.removeprefix(_CERTAIN)
     certain = named != words and named in (UNDO, *HELP, *QUIT)
@@ -309,7 +309,7 @@ def _command(text: str) -> tuple[str, bool]:
 
 
 def _refusal(session: "Session", text: str) -> str:
-    """Why a text is no action that can be taken now; empty if it is one."""
+    """Why a text is not an action that can be taken now; empty if it is."""
     read = session.read(text)
     if isinstance(read, ParseFailure):
         return f"{read.why}. Expected: {read.expected}"
@@ -328,7 +328,7 @@ def _explain(console: Console, session: "Session") -> None:
 
 
 def _teach(console: Console, lesson: "LiveLesson") -> None:
-    """An episode in the teacher's seat, which sees the truth, and how much it would say if that is measured."""
+    """An episode in the teacher's seat, which shows the truth and, if measured, the information of each claim."""
     session, turn = lesson.session, lesson.teacher_view.teacher_turn
     _greet(console, lesson)
     _put(console, Text(escape_control_chars(session.instruction), "bold"))
@@ -357,7 +357,7 @@ def _put(console: Console, text: Text) -> None:
 
 
 def _put_beside(console: Console, lead: Text, text: Text) -> None:
-    """Text whose lines all begin to the right of `lead`."""
+    """Text with every line indented by the width of `lead`."""
     lines = text.wrap(console, max(console.width - len(lead), 1))
     console.print(lead + Text(f"\n{' ' * len(lead)}").join(lines), soft_wrap=True)
 
@@ -375,7 +375,7 @@ def _styled(pieces: "Iterable[tuple[str, str]]") -> Text:
 
 
 def _fitted(drawn: Text, width: int) -> Text:
-    """A map as it is, or, if it is wider than the terminal, the part around the student, and a line that says so."""
+    """A map, or, if it is wider than the terminal, its part around the student, with a note."""
     lines = drawn.split("\n", allow_blank=True)
     here = next((span for span in drawn.spans if span.style == _STYLES["here"]), None)
     widest = max(map(len, lines))
@@ -388,7 +388,7 @@ def _fitted(drawn: Text, width: int) -> Text:
 
 
 def _cut(line: Text, left: int, right: int) -> Text:
-    """Part of a line, with an ellipsis for each word that would be cut."""
+    """Part of a line; an ellipsis stands for each word at an edge."""
     kept = line[left:right]
     for word in re.finditer(r"\S+", line.plain):
         begin, end = max(word.start(), left), min(word.end(), right)
@@ -398,7 +398,7 @@ def _cut(line: Text, left: int, right: int) -> Text:
 
 
 def _say(console: Console, lesson: "LiveLesson") -> None:
-    """What the teacher said, each sentence with its kind."""
+    """The teacher's sentences, each with its kind."""
     for sentence in lesson.view.require_renderer().sentences:
         style = _STYLES.get(sentence.kind or "", "bold")
         word = f"{KIND_WORDS[sentence.kind]}: " if sentence.kind else ""
@@ -426,7 +426,7 @@ def _say_result(console: Console, turns: int, success: bool, total: float) -> No
 
 
 def _word(console: Console, lesson: "LiveLesson", explain: Callable[[], None]) -> str | None:
-    """What a person says in its own words; None: undo."""
+    """A person's own words; None: undo."""
     from teachers.teacher_turn import LONGEST
 
     _put(console, Text(escape_control_chars(f"{lesson.settings.teacher} would say: {lesson.suggestion()}"), "dim"))
@@ -449,7 +449,7 @@ def _word(console: Console, lesson: "LiveLesson", explain: Callable[[], None]) -
 
 
 def _understood(console: Console, lesson: "LiveLesson") -> None:
-    """What was read of the last words of a person, and whether it holds."""
+    """The claims that were read in a person's last words, and whether they hold."""
     from llf_teacher.theme.turns import read_sentence
     from teachers.words import VERDICTS
 
@@ -461,7 +461,7 @@ def _understood(console: Console, lesson: "LiveLesson") -> None:
 
 
 def _choose(console: Console, lesson: "LiveLesson", explain: Callable[[], None]) -> int | None:
-    """The subset of the kinds that a person types, asked until it is one, none once the budget is spent; None: undo."""
+    """The subset of kinds that a person types, asked until it is valid; empty once the budget is spent; None: undo."""
     turn = lesson.teacher_view.teacher_turn
     budget = turn.budget
     claims = [claim for claim in lesson.claims() if claim.kind is not None] if budget.left else []
@@ -499,7 +499,7 @@ def _choose(console: Console, lesson: "LiveLesson", explain: Callable[[], None])
 
 
 def _worded(claim: "Claim[Any]", turn: "TeacherTurn") -> str:
-    """A claim in the first of its paraphrases; which one is said is drawn when it is."""
+    """A claim in its first wording; when it is said, the wording is drawn."""
     import numpy as np
 
     from teachers.phrasebook import Draws

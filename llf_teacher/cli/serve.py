@@ -12,7 +12,7 @@ from llf_teacher.cli import draw_off_screen, search_here
 from worlds.extras import pip_install
 
 _HOST = "127.0.0.1"
-_PATIENCE = 3  # seconds that an answer has to end when the server stops
+_PATIENCE = 3  # seconds for open answers to end when the server stops
 
 
 def add_to(app: typer.Typer) -> None:

@@ -35,10 +35,10 @@ Workers_ = Annotated[
 
 
 class _StudyCommands(Commands):
-    """Runs `llf study FILE.toml` as `llf study run FILE.toml`."""
+    """Treats `llf study FILE.toml` as `llf study run FILE.toml`."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """The command that the arguments begin with."""
+        """The command that the first argument names; `run` if that is a TOML file."""
         named = args[0] in self.commands or not args[0].endswith(".toml")
         return super().resolve_command(ctx, args if named else ["run", *args])
 
@@ -66,7 +66,7 @@ def quickstart(
     context: typer.Context, store: Store_ = STORE, report: Report_ = REPORT, workers: Workers_ = None
 ) -> None:
     """Run the built-in study of all families, which asks whether late or wrong words cost a student more."""
-    search_here()  # for students `module:factory`, also of a store
+    search_here()  # for students `module:factory`, also those of a store
     if context.invoked_subcommand is None:
         from llf_teacher.studies.definition import study
         from llf_teacher.studies.execution.runner import RunOptions
@@ -122,7 +122,7 @@ def run(
         typer.Option("--shard", help="Part of the episodes to play, such as 3/8; `llf study merge` merges the stores."),
     ] = "1/1",
 ) -> None:
-    """Run the study of FILE, without the episodes that the store has, and write its report.
+    """Play the episodes of FILE that the store lacks, and write the report.
 
     If episodes fail, the others are still played, and the exit status is 3.
     """
@@ -146,7 +146,7 @@ def report(
     store: Store_ = STORE,
     report: Report_ = REPORT,
 ) -> None:
-    """Write the report of a study from the episodes in its store, also while the study runs or after it was stopped."""
+    """Write the report of a study from the episodes in its store, also while the study runs or after it stopped."""
     from llf_teacher.studies import load
     from llf_teacher.studies.definition.study import load_study
     from llf_teacher.studies.report import write_report
@@ -158,7 +158,7 @@ def report(
 
 
 def check(file: Annotated[Path, typer.Argument(help="Store of a study.", exists=True, dir_okay=False)]) -> None:
-    """Check that a store is whole and as it was written. What is damaged is printed, and the exit status is 1."""
+    """Check that a store is complete and unchanged. Damage is printed, and the exit status is 1."""
     from llf_teacher.studies.store import Store
 
     with Store(file, read_only=True) as store:
@@ -366,7 +366,7 @@ def _play_and_report(
 
 
 def _print_findings(console: Console, data: "Data") -> None:
-    """The findings of the report, and the scores that they are about."""
+    """Print the findings of the report and their scores."""
     from llf_teacher.studies.analysis.statistics import p_words
     from llf_teacher.studies.report import findings
 

@@ -54,7 +54,8 @@ def suite(
 ) -> None:
     """Take the suite: score what a student does with feedback, one ability an experiment.
 
-    A score is what a student saves in regret beside a control, in the unit of a reference: 0 if it takes no notice.
+    A score is the regret that a student saves against a control, divided by that of a reference: 0 if it takes no
+    notice, 1 if it does as well as the reference.
     """
     if context.invoked_subcommand is not None:
         return
@@ -77,7 +78,7 @@ def suite(
     if store.exists() and ":" in student:
         console.print("If your code has changed since, give another --store: episodes are known by their spec.")
     with StudyProgress(console) as progress, warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message=r"\d+ of \d+ episodes failed")  # the card says it
+        warnings.filterwarnings("ignore", message=r"\d+ of \d+ episodes failed")  # the card gives the reason
         try:
             found = take(student, store, only or (), quick, key, workers, progress, turn_seconds)
         except StudyError as error:
@@ -107,7 +108,7 @@ Card_ = Annotated[Path, typer.Argument(help="JSON file of a card.", exists=True,
 
 
 def compare_cards(first: Card_, second: Card_) -> None:
-    """Compare two cards: the second one's scores less the first one's, each with its interval and test."""
+    """Compare two cards: the second one's scores minus the first one's, each with its interval and test."""
     from llf_teacher.suite import check, compare
 
     table = Table("ability", "difference", "p", title=escape_control_chars(f"{second} less {first}"))
@@ -123,7 +124,7 @@ def compare_cards(first: Card_, second: Card_) -> None:
 def check_cards(
     files: Annotated[list[Path], typer.Argument(metavar="FILE", help="JSON files of cards.", exists=True)],
 ) -> None:
-    """Check that cards are whole, unchanged, and of this version of the suite."""
+    """Check that cards are complete, unchanged, and of this version of the suite."""
     from llf_teacher.suite import check
 
     for path in files:

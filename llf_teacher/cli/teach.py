@@ -30,7 +30,7 @@ def teach(
     ] = None,
     seed: Annotated[int, typer.Option(help="Seed of the episode.")] = 0,
 ) -> None:
-    """Try what can be taught in an environment: its spaces, the teacher's tier, one episode, and what is missing.
+    """Show what can be taught in an environment: its spaces, the teacher's tier, one episode, and what is missing.
 
     The exit status is 1 if the environment breaks Gymnasium's interface.
     """

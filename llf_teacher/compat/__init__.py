@@ -1,7 +1,7 @@
 """LLF-Bench's surface on our environments: `import llf_teacher.compat as llfbench`, or `install()`.
 
-Observations are those of LLF-Bench (None where a family has none), an absent instruction or feedback is `None`, and
-actions are native or text. The environments of `make` and all wrappers have the attributes and methods that
+Observations are as in LLF-Bench (None in families without observations), an absent instruction or feedback is `None`,
+and actions are native or text. The environments of `make` and all wrappers have the attributes and methods that
 LLF-Bench's users rely on. `docs/coming-from-llf-bench.md` lists the intended differences.
 """
 

@@ -1,4 +1,4 @@
-"""LLF-Bench's `agents.abstract_agent`: the bases of agents of users' own."""
+"""LLF-Bench's `agents.abstract_agent`: base classes for users' own agents."""
 
 from typing import Any
 
@@ -25,7 +25,7 @@ class AbstractAgent:
 
 
 Agent = AbstractAgent
-"""LLF-Bench's name for it."""
+"""LLF-Bench's name for `AbstractAgent`."""
 
 
 class BasicAgent(AbstractAgent):

@@ -64,7 +64,7 @@ def extract_int(txt: str) -> list[int]:
 def extract_action(response: str, n_actions: int | None, separator: str = "#") -> Any:
     """The text between separators, or with `n_actions` the first number in it that is an action.
 
-    Without one the response is returned as it is; environments handle it as a text that is no action.
+    Without such a number the unchanged response is returned; environments treat it as a text that is not an action.
     """
     parts = response.split(separator)
     if len(parts) < 2:

@@ -38,8 +38,8 @@ def make(
         env_name: an id `llf-...` or `verbal-...`.
         instruction_type: `b`, `p` or `c`.
         feedback_type: `a`, `n`, `m`, a kind, or a set, list or tuple of kinds.
-        visual: ask for images where the family has them.
-        seed: of the first reset, if that is not given one.
+        visual: ask for images, in families with images.
+        seed: the seed of the first reset, unless that gets its own.
         warning: whether an alias gives a warning.
         options: other keywords of `llf_teacher.make`, such as `teacher`.
 
@@ -68,7 +68,7 @@ class LLFEnv(LLFWrapper):
     """
 
     failure_reward: ClassVar[float] = 0.0
-    """LLF-Bench's reward for a text that is no action, unless `make` has another `failure_reward`."""
+    """LLF-Bench's reward for a text that is not an action, unless `make` sets another `failure_reward`."""
 
     def __init__(self, env: StudentEnv) -> None:
         Forwarding.__init__(self, env)
@@ -97,7 +97,7 @@ class LLFEnv(LLFWrapper):
         return self._student.student_view.words_space["state"]
 
     def _observe(self, text: str) -> Any:
-        """The observation: by default the text, None if it is empty."""
+        """The observation: by default the text, or None if it is empty."""
         return text or None
 
     def _instruct(self, instruction: str) -> str:
@@ -166,7 +166,7 @@ class LLFEnv(LLFWrapper):
     def step(self, action: Any) -> tuple[dict[str, Any], SupportsFloat, bool, bool, dict[str, Any]]:
         """Act, natively or in words; the observation has feedback and no instruction.
 
-        A text that is no action costs a turn, and the feedback says what was expected.
+        A text that is not an action costs a turn, and the feedback says what was expected.
         """
         observation, reward, terminated, truncated, info = self.env.step(as_answer(action, self._student.session.world))
         if "parse_failure" in info and self._student.session.failure_reward is None:

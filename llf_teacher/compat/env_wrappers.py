@@ -1,4 +1,4 @@
-"""LLF-Bench's wrappers; each has the attributes of what it wraps."""
+"""LLF-Bench's wrappers; each has the attributes of the wrapped environment."""
 
 import copy
 import json
@@ -23,13 +23,13 @@ __all__ = [
 ]
 
 EnvCompatibility = OldGym
-"""LLF-Bench's name for it."""
+"""The wrapped environment; LLF-Bench's name for `env`."""
 
 
 class TextWrapper(Forwarding):
     """Parses text actions as JSON; environments of `make` and those with text actions parse them themselves.
 
-    A text that is no action gets feedback and a reward of 0; the environment does not step.
+    A text that is not an action gets feedback and a reward of 0; the environment does not step.
     """
 
     def step(self, action: str) -> tuple[Any, SupportsFloat, bool, bool, dict[str, Any]]:
@@ -109,7 +109,7 @@ class RandomActionOrderWrapper(Forwarding):
     @property
     def expert_action(self) -> int | None:
         """The next action of an optimal policy, by the wrapper's number, or None."""
-        expert = self.env.expert_action  # type: ignore[attr-defined]  # an AttributeError if it has none
+        expert = self.env.expert_action  # type: ignore[attr-defined]  # an AttributeError without one
         return None if expert is None else self.external_action(expert)
 
     def _renumber(self, info: dict[str, Any]) -> dict[str, Any]:

@@ -31,7 +31,7 @@ _PLACES = MappingProxyType(
         "llfbench.utils.utils": "llf_teacher.compat.utils",
     }
 )
-"""Per module of LLF-Bench the module here; None: it only has submodules, or what `_REFUSED` names."""
+"""For each module of LLF-Bench, the module here; None if it only has submodules, or names in `_REFUSED`."""
 
 _MODELS = "play llf_teacher's student `llm`, see docs/bring-your-agent.md"
 _REFUSED = MappingProxyType(
@@ -44,11 +44,11 @@ _REFUSED = MappingProxyType(
         **{f"llfbench.envs.{family}": {"make_env": "use llfbench.make(id)"} for family in _FAMILIES},
     }
 )
-"""Per module of LLF-Bench the names that are not offered, with what there is instead."""
+"""For each module of LLF-Bench, the names that are not offered, each with its replacement."""
 
 
 def _refusing(module: str, name: str, instead: str) -> type:
-    """What stands for a name that is not offered: it can be imported, but neither called nor subclassed."""
+    """A placeholder for a name that is not offered: it can be imported, but neither called nor subclassed."""
 
     def refuse(*args: Any, **kwargs: Any) -> None:
         raise TypeError(f"{module}.{name} is not offered by llf_teacher; {instead}")
@@ -62,7 +62,7 @@ class _Finder(MetaPathFinder, Loader):
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        # A non-empty path is that of the real package, to which nothing is added.
+        # A non-empty path belongs to the real package, which stays as it is.
         if fullname.partition(".")[0] != "llfbench" or path:
             return None
         if fullname not in _PLACES:

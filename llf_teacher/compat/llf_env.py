@@ -1,4 +1,4 @@
-"""LLF-Bench's `LLFWrapper` and `Feedback`, for environments of users' own."""
+"""LLF-Bench's `LLFWrapper` and `Feedback`, for users' own environments."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass
@@ -21,7 +21,7 @@ _NAMED = (ALL, "n", MIXED)
 
 @dataclass
 class Feedback:
-    """The feedback of a turn by kind; None where there is none."""
+    """The feedback of a turn by kind; None for a kind without feedback."""
 
     r: str | None = None
     """The reward in words."""
@@ -64,8 +64,8 @@ class Forwarding(gymnasium.Wrapper[Any, Any, Any, Any]):
 class LLFWrapper(Forwarding):
     """An environment with instructions and feedback; a subclass defines `_reset` and `_step`.
 
-    Both return observations that are dicts of `observation`, `instruction` and `feedback`; after a step `feedback` is
-    a `Feedback`, whose kinds are limited by `_feedback_type`. The info has `success`.
+    Both return observations that are dicts of `observation`, `instruction` and `feedback`; after a step `feedback` is a
+    `Feedback` with only the kinds that `_feedback_type` allows. The info has `success`.
 
     Args:
         env: the environment that is wrapped.
@@ -145,7 +145,7 @@ class LLFWrapper(Forwarding):
         return prompts[number % len(prompts)].format(**slots)
 
     def seed(self, seed: int | None = None) -> list[int | None]:
-        """Seed the next reset, if that is not given a seed of its own."""
+        """Seed the next reset, unless that gets its own seed."""
         self._seed = seed
         return [seed]
 

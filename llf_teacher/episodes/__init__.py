@@ -1,1 +1,1 @@
-"""Episodes: how they are played, and the record that all that leaves goes through."""
+"""Episodes: playing them, and the record from which stores and exports are written."""

@@ -1,7 +1,7 @@
-"""A lesson with people in some of its seats, whose turns can be taken back.
+"""A lesson with people in some of its seats, who can take back turns.
 
-A session has no way back. The lesson keeps what its seats did, in order, and plays the episode again from its seed
-without the last move. Teachers are asked again for what they were asked for, since that may draw from their streams.
+A session cannot go back. So the lesson keeps the moves of its seats, in order, and plays the episode again from its
+seed without the last move. It repeats all queries to teachers, since these may draw from their random streams.
 """
 
 import copy
@@ -27,10 +27,10 @@ if TYPE_CHECKING:
 __all__ = ["WATCHER", "Input", "LiveLesson", "OutOfTurnError", "Saying"]
 
 WATCHER = "watcher"
-"""Moves where no person has a seat: each move is a turn of both."""
+"""Moves if no person has a seat: each move is a turn of both seats."""
 Saying = Sequence[int] | int | str | None
-"""What a person in the teacher's seat says: claims by their numbers, kinds by a subset's number, words, or None, what
-the personality would.
+"""The move of a person in the teacher's seat: claims by their numbers, kinds by a subset's number, words, or None for
+the suggestion of the personality.
 """
 
 
@@ -39,29 +39,29 @@ class OutOfTurnError(ValueError):
 
 
 class Input(NamedTuple):
-    """Something that a seat did in a session."""
+    """An input of a seat to a session."""
 
     method: str
     """`act` of the student's seat, or a method of the session."""
     arguments: tuple[Any, ...]
     """The arguments of the method."""
     asked: tuple[str, ...]
-    """What the teacher was asked for before it, as methods of `TeacherTurn`."""
+    """The queries to the teacher before it, as methods of `TeacherTurn`."""
 
 
 class LiveLesson:
     """An episode that people and policies play together, each in a seat.
 
-    It ends as episodes of studies do: by the world, by its length, or by success, unless the task is asked repeatedly.
-    A seat without a person plays by itself up to where a person is to move.
+    It ends like episodes of studies: by the world, by its length, or by success unless the task is asked repeatedly. A
+    seat without a person plays by itself until it is a person's turn.
 
     Args:
         entry: the environment.
-        settings: of the lesson, with a render mode.
-        seed: of the episode.
+        settings: the settings of the lesson, with a render mode.
+        seed: the seed of the episode.
         people: the seats of people.
-        student: what plays the student's seat where no person has it.
-        worlds: number of worlds by which it is measured how much each claim says; 0: it is not.
+        student: plays the student's seat if no person has it.
+        worlds: number of worlds for measuring the information of each claim; 0: no measurement.
 
     Raises:
         ValueError: the student cannot play here.
@@ -87,11 +87,11 @@ class LiveLesson:
         self.moves: list[tuple[str, Any]] = []
         """The seat of each move, and the move."""
         self.undone = 0
-        """How many turns were taken back."""
+        """Number of turns that were taken back."""
         self.inputs: list[Input] = []
-        """What all seats did, in order."""
+        """The inputs of all seats, in order."""
         self._before: list[int] = []  # for each move the number of inputs before it
-        self._asked: dict[str, None] = {}  # what the teacher was asked for since the last input, in order
+        self._asked: dict[str, None] = {}  # the queries to the teacher since the last input, in order
         self._open()
         self._play_up_to_people()
 
@@ -102,11 +102,11 @@ class LiveLesson:
 
     @property
     def unmeasured(self) -> str:
-        """Why it cannot be measured how much claims say; empty if it is, or is not asked for."""
+        """Why the information of claims cannot be measured; empty if it is measured, or not requested."""
         return self._recorder.why
 
     def claims(self) -> tuple[Claim[Any], ...]:
-        """The claims of this moment, with those that are no feedback."""
+        """The claims of this moment, also those that are not feedback."""
         return self._teacher_turn("claims").claims()
 
     def listed(self) -> list[Claim[Any]]:
@@ -118,11 +118,11 @@ class LiveLesson:
         return self._teacher_turn("sentences").sentences()
 
     def suggestion(self) -> Utterance:
-        """What the personality would say of this moment."""
+        """The personality's suggestion for this moment."""
         return self._teacher_turn("suggestion").suggestion()
 
     def weigh(self, claims: Iterable[Claim[Any]]) -> "list[Bits]":
-        """How much each claim would say now; empty if it is not measured."""
+        """The information of each available claim; empty if it is not measured."""
         return self._recorder.weigh(claims)
 
     @property
@@ -140,11 +140,11 @@ class LiveLesson:
         return STUDENT if self.session.heard else TEACHER
 
     def move(self, seat: str, what: Any) -> None:
-        """One turn: a student's text, a teacher's `Saying`; of a watcher anything.
+        """Play one turn: a student's text, a teacher's `Saying`, or any value from a watcher.
 
         Raises:
             OutOfTurnError: it is another seat's turn, or the episode is over.
-            ValueError: it is nothing that can be said; nothing has changed.
+            ValueError: the move is not possible; nothing has changed.
         """
         if self.over:
             raise OutOfTurnError("the episode is over; begin a new lesson to go on")
@@ -163,7 +163,7 @@ class LiveLesson:
         """Take the last turn back.
 
         Raises:
-            ValueError: there is none, or another seat has made it.
+            ValueError: there is no turn, or another seat has made it.
         """
         if not self.moves:
             raise ValueError("there is no turn to take back")
@@ -177,16 +177,16 @@ class LiveLesson:
         self.undone += 1
 
     def play_again(self, inputs: Iterable[Input]) -> None:
-        """Play what the seats of this lesson, or of one with the same settings and seed, did after the opening."""
+        """Play inputs after the opening: those of this lesson, or of a lesson with the same settings and seed."""
         for method, arguments, asked in inputs:
             for name in asked:
                 getattr(self._teacher_turn(name), name)()
             if method == "act" and self._policy is not None:
-                self._policy_action()  # it lives through the turn, and its action is that of the input
+                self._policy_action()  # the policy acts too, for its memory, but the input's action counts
             self._do(method, *arguments)
 
     def renderer(self, seat: str) -> EpisodeRenderer:
-        """Renders the lesson as a seat may see it: with the truth, but for the student only when it is over."""
+        """Renders the lesson for a seat: with the truth, which the student sees only at the end."""
         renderer = self.view.require_renderer()
         return renderer if seat != STUDENT or self.over else renderer.without_truth()
 
@@ -201,12 +201,12 @@ class LiveLesson:
         self.session.open(self.seed)
 
     def _teacher_turn(self, method: str) -> TeacherTurn:
-        """What the teacher has to say, of which a method is called now: it is kept that it was, and may have drawn."""
+        """The teacher's turn, for a call of one of its methods; the call is noted, since it may draw random numbers."""
         self._asked[method] = None
         return self.teacher_view.teacher_turn
 
     def _do(self, method: str, *arguments: Any) -> None:
-        """Have a seat do something; it is noted when the teacher has spoken."""
+        """Apply an input of a seat; it is noted when the teacher has spoken."""
         kept = Input(method, copy.deepcopy(arguments), tuple(self._asked))
         getattr(self.view if method == "act" else self.session, method)(*arguments)
         self._asked.clear()
@@ -221,13 +221,13 @@ class LiveLesson:
             self._act(None)
 
     def _act(self, text: str | None) -> None:
-        """The student's turn; None: of the policy."""
+        """The student's turn; None: the policy acts."""
         self._do("act", text if self._policy is None else self._policy_action())
 
     def _policy_action(self) -> Any:
-        """What the policy does now."""
+        """The policy's next action."""
         policy, view = self._policy, self.view
-        assert policy is not None  # noqa: S101  # or a person acts
+        assert policy is not None  # noqa: S101  # otherwise a person acts
         return policy.act(view.observe(), view.info_for(policy))
 
     def _say(self, saying: Saying) -> None:
@@ -258,7 +258,7 @@ class LiveLesson:
 
     def _note(self) -> None:
         """Note the turn, now that the teacher has spoken."""
-        if len(self.rows) > self.session.moment.turn:  # it is played again, and known
+        if len(self.rows) > self.session.moment.turn:  # a repeated input, already noted
             return
         policy = self._policy
         answer = policy.record() if policy is not None and self.session.moment.turn else {}

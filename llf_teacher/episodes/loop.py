@@ -13,14 +13,14 @@ __all__ = ["play_remaining_turns", "play_turns"]
 def play_turns(
     env: StudentEnv, policy: Any, seed: int, options: dict[str, Any] | None = None, sample: int = 0
 ) -> Iterator[Turn]:
-    """Play an episode, which stops at success, as LLF-Bench's evaluation does, unless the task is asked repeatedly.
+    """Play an episode. It stops at success, as in LLF-Bench's evaluation, unless the task is asked repeatedly.
 
     Args:
-        env: with a teacher in the other seat.
+        env: the student's environment, with a teacher in the other seat.
         policy: has `reset(rng)` and `act(observation, info)`.
-        seed: of the episode, for world, teacher and policy.
-        options: those of the world's `reset`.
-        sample: which of its streams the policy draws from.
+        seed: the episode's seed, for world, teacher and policy.
+        options: options of the world's `reset`.
+        sample: the number of the policy's random stream.
 
     Yields:
         The record of each turn, the opening first.
@@ -31,7 +31,7 @@ def play_turns(
 
 
 def play_remaining_turns(env: StudentEnv, policy: Any) -> Iterator[Turn]:
-    """Play the rest of an episode; the record of each turn, the last one that is over first."""
+    """Play the rest of an episode; yields the record of each turn, beginning with the last completed one."""
     session, view = env.session, env.student_view
     yield session.turn
     while not session.done:

@@ -36,9 +36,9 @@ class EpisodeSpec(NamedTuple):
     version: str
     """Version of this package, and of the distribution of the family; another version may play differently."""
     rules: str = ""
-    """Versions of the tree of seeds and of the family's rules, as in `2.1`; only equal ones are comparable."""
+    """Versions of the tree of seeds and of the family's rules, as in `2.1`; only equal versions are comparable."""
     lessons: int = 0
-    """Number of lessons before this episode, which is then a test without a teacher and without feedback."""
+    """Number of lessons before this episode; if above 0, the episode is a test without teacher and feedback."""
     taught: str = ""
     """Id of the environment of the lessons; empty without lessons."""
     worlds: str = ""
@@ -46,11 +46,11 @@ class EpisodeSpec(NamedTuple):
     sample: int = 0
     """Number of the sample; samples differ only in the student's random stream."""
     options: str = ""
-    """Options of the environment, as JSON, beside those of its id; empty: none."""
+    """Options of the environment, as JSON, beside its id's; empty: none."""
     draws: int = 0
-    """Number of worlds by which it is measured how much each claim says; 0: it is not. The lesson is the same."""
+    """Number of worlds for measuring the information of each claim, without effect on the lesson; 0: no measurement."""
     reader: str = "exact"
-    """What reads a teacher's own words, see `llf_teacher.speakers.parsing.parse_reader`. The lesson is the same."""
+    """The reader of a teacher's own words, see `llf_teacher.speakers.parsing.parse_reader`; no effect on the lesson."""
 
     @property
     def key(self) -> str:
@@ -74,46 +74,46 @@ class TurnRow(NamedTuple):
     observation: str
     """The world as text, as the student saw it after this turn."""
     action: str | None
-    """JSON, in the form of `World.step`; null at the opening and for a text that was no action."""
+    """JSON, in the form of `World.step`; null at the opening and for a text that was not an action."""
     action_words: str | None
     """The action in words; null if it is a text itself."""
     reward: float
     regret: float
-    """Value that the action lost, in the family's unit; the negated reward where the oracle has no values."""
+    """The action's loss of value, in the family's unit; the negated reward if the oracle has no values."""
     success: bool
     parse_failure: str | None
-    """The text that was no action."""
+    """The text that was not an action."""
     instruction: str | None
     feedback: str
     atoms: list[dict[str, Any]]
     """The claims that were said, each by `as_dict`; those of feedback have `information`, if it is measured."""
     answer: str | None = None
-    """The answer of a model, without thoughts; this and the rest are null for students that ask none."""
+    """The answer of a model, without thoughts; this and the rest are null for students without a model."""
     thought: str | None = None
     """Its thoughts, if they are marked or separate."""
     finish: str | None = None
     """Why it ended; `length` if it was cut."""
     input_tokens: int | None = None
-    """Null if the endpoint does not report it, as the next one."""
+    """Null if the endpoint does not report it; likewise the next field."""
     output_tokens: int | None = None
     usd: float | None = None
     """Null if tokens or prices are unknown."""
     seconds: float | None = None
     """From the request to the answer, when the answer was paid for."""
     unchecked: int | None = None
-    """Number of sentences of feedback without a claim; null if there are none, as the next one."""
+    """Number of sentences of feedback without a claim; null if there are none, like the next field."""
     changes: int | None = None
     """Number of sentences in which a rewriting voice changed numbers or names."""
     invented: str | None = None
-    """What a model went on to say for others, which was cut from its answer; null if there is none."""
+    """The turns of others that a model invented, cut from its answer; null if there are none."""
     unbuilt: int | None = None
-    """Number of claims in messages that could not be made; null if there are none, as the next one."""
+    """Number of claims in messages that could not be made; null if there are none, like the next field."""
     withheld: int | None = None
     """Number of false claims that a teacher's filter kept back."""
     readings: list[dict[str, Any]] | None = None
     """The sentences of feedback in the teacher's own words, each by `reading_as_dict`; null if there are none."""
     paid: dict[str, Any] | None = None
-    """What a model in the teacher's seat cost: the fields of `Usage`; null if none was asked."""
+    """The cost of a model in the teacher's seat: the fields of `Usage`; null without a model."""
 
 
 class EpisodeRow(NamedTuple):
@@ -132,9 +132,9 @@ class EpisodeRow(NamedTuple):
     """Sum of the turns' regrets, in the family's unit."""
     parse_failures: int
     claims: int
-    """Number of atoms with a kind of feedback; with `p` the instruction has some, too."""
+    """Number of atoms with a kind of feedback; with `p` also those of the instruction."""
     claims_held: int
-    """Number of these that hold; hedged ones are left out, as they are of `distorted`."""
+    """Number of these that hold; hedged claims are left out, also in `distorted`."""
     words: int
     """Number of words of feedback."""
     said_r: int
@@ -144,7 +144,7 @@ class EpisodeRow(NamedTuple):
     said_fp: int
     said_fn: int
     truthful: int
-    """Number of claims by label; what is left of `claims` is hedged."""
+    """Number of claims by label; the rest of `claims` is hedged."""
     late: int
     placebo: int
     distorted: int
@@ -155,13 +155,13 @@ class EpisodeRow(NamedTuple):
     advised: int
     """Number of turns after advice of an action."""
     followed: int
-    """Number of those in which the student took an advised action."""
+    """Number of these turns with an advised action of the student."""
     answers: int | None
-    """Number of answers of a model; this and the costs are null for students that ask none."""
+    """Number of answers of a model; this and the costs are null for students without a model."""
     truncated: int | None
-    """Number of those that were cut at the greatest length."""
+    """Number of answers that were cut at the greatest length."""
     input_tokens: int | None
-    """Sum over the answers, as the next ones; null if one is unknown."""
+    """Sum over the answers, like the next fields; null if one is unknown."""
     output_tokens: int | None
     usd: float | None
     seconds: float | None
@@ -184,11 +184,11 @@ class EpisodeRow(NamedTuple):
     unread: int | None = None
     """Number of the other sentences: not read, hedged, or without a single claim that can be checked."""
     measured: int | None = None
-    """Number of claims of feedback of which it is known how much they say, as `teachers.information.Gain` has it; null,
-    as all that follow, if it was not measured.
+    """Number of claims of feedback with measured information, see `teachers.information.Gain`; null, like all following
+    fields, without a measurement.
     """
     unmeasured: int | None = None
-    """Number of the others: too few worlds were found."""
+    """Number of claims without a measurement: too few worlds were found."""
     bits: float | None = None
     """Sum of their bits."""
     at_least: int | None = None
@@ -196,9 +196,9 @@ class EpisodeRow(NamedTuple):
     measured_words: int | None = None
     """Number of words of the measured claims."""
     valued: int | None = None
-    """Number of measured claims of which it is known what they save."""
+    """Number of measured claims with known savings."""
     valued_bits: float | None = None
-    """Sum of the bits of these."""
+    """Sum of the bits of these claims."""
     saved: float | None = None
     """Sum of the regret that they save in the next action, in the family's unit."""
     bits_r: float | None = None
@@ -208,7 +208,7 @@ class EpisodeRow(NamedTuple):
     bits_fp: float | None = None
     bits_fn: float | None = None
     why: str = ""
-    """Why it could not be measured; empty if it was, or was not asked for."""
+    """Why the information could not be measured; empty if it was measured, or not requested."""
 
 
 class Record(NamedTuple):
@@ -220,7 +220,10 @@ class Record(NamedTuple):
 
 
 READINGS = ("read_exact", "read_false", "read_model", "model_false", "unread")
-"""Columns of what was read of a teacher's own words."""
+"""Columns about readings of a teacher's own words."""
+
+
+_COMMON = f"{common.__name__}."
 
 
 def unchecked(feedback: str, texts: Iterable[str]) -> int:
@@ -230,16 +233,16 @@ def unchecked(feedback: str, texts: Iterable[str]) -> int:
 
 def claim_name(claim: Claim, family: str) -> str:
     """The name of a claim's class with its family, or with `common` for claims of all families."""
-    home = "common" if type(claim).__module__ == common.__name__ else family
+    home = "common" if type(claim).__module__.startswith(_COMMON) else family
     return f"{home}.{type(claim).__name__}"
 
 
 def as_dict(atom: Atom, label: Label, holds: bool, family: str, bits: "Bits | None" = None) -> dict[str, Any]:
     """An atom as JSON values.
 
-    `claim` is as in `claim_name`; `action` is the action that it is about, the first one of a plan, null without one. A
-    hedged claim is a field with a claim and fields of its own; `holds` is then whether that one holds. `information` is
-    there only if it was measured how much the atom says: its bits and the fields of `Bits`.
+    `claim` is as in `claim_name`; `action` is the action of the claim, for a plan the first one; null without an
+    action. A hedged claim contains the hedged one as a field; `holds` then says whether that holds. `information`, the
+    bits of the atom and the fields of `Bits`, is present only if it was measured.
     """
     return {
         "kind": _plain(atom.kind),
@@ -254,7 +257,7 @@ def as_dict(atom: Atom, label: Label, holds: bool, family: str, bits: "Bits | No
 
 
 def reading_as_dict(sentence: "CheckedSentence", family: str) -> dict[str, Any]:
-    """A sentence in the teacher's own words as JSON values: its fields, `holds`, and the claim as of an atom."""
+    """A sentence in the teacher's own words as JSON values: its fields, `holds`, and the claim as for an atom."""
     known = sentence.claim
     claim = {"kind": None} if known is None else {"kind": _plain(known.kind), **_as_data(known, family)}
     return sentence._asdict() | {"candidates": list(sentence.candidates), "holds": sentence.holds, **claim}
@@ -280,11 +283,11 @@ def summary(family: str, reads: str, rows: Sequence[TurnRow], *, measured: bool 
     """The sums of an episode's turns.
 
     Args:
-        family: its name.
+        family: the family's name.
         reads: what the student reads.
         rows: the turns.
-        measured: whether it was measured how much claims say.
-        why: why that could not be.
+        measured: whether the information of claims was measured.
+        why: why it could not be measured.
     """
     heard = [[atom for atom in row.atoms if atom["kind"] is not None] for row in rows]
     said = [atom for atoms in heard for atom in atoms]
@@ -325,7 +328,7 @@ def summary(family: str, reads: str, rows: Sequence[TurnRow], *, measured: bool 
 
 
 def _readings(rows: Sequence[TurnRow]) -> dict[str, Any]:
-    """What was read of the teacher's own words; empty if there is nothing."""
+    """The readings of the teacher's own words; empty without any."""
     read = [each for row in rows for each in row.readings or ()]
     if not read:
         return {}
@@ -343,7 +346,7 @@ def _readings(rows: Sequence[TurnRow]) -> dict[str, Any]:
 
 
 def _gains(said: Sequence[Mapping[str, Any]], rows: Sequence[TurnRow]) -> dict[str, Any]:
-    """The sums of what claims say, where it was measured."""
+    """The sums of the information of claims, if it was measured."""
     from teachers.information import Bits, Gain
 
     total, kinds = Gain(), dict.fromkeys(KINDS, 0.0)
@@ -351,7 +354,7 @@ def _gains(said: Sequence[Mapping[str, Any]], rows: Sequence[TurnRow]) -> dict[s
         if "information" in atom:
             gain = Gain.of(atom["text"], Bits._make(map(atom["information"].get, Bits._fields)))
             total, kinds[atom["kind"]] = total + gain, kinds[atom["kind"]] + gain.bits
-    if any("information" in atom and not atom["text"] for atom in said):  # whose words are not known: all are counted
+    if any("information" in atom and not atom["text"] for atom in said):  # their words are unknown: count all
         total = total._replace(words=sum(len(row.feedback.split()) for row in rows))
     sums = total._asdict()
     named = {"claims": "measured", "unknown": "unmeasured", "words": "measured_words"}

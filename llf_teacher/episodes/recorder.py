@@ -29,7 +29,7 @@ class Recorder:
     Args:
         family: name of the family.
         view: the student's seat.
-        speaker: what teaches, if that is not the session's teacher; its `changes` are counted.
+        speaker: the teaching policy or voice, if it is not the session's teacher; its `changes` are counted.
     """
 
     def __init__(self, family: str, view: StudentView, speaker: Any = None) -> None:
@@ -38,17 +38,18 @@ class Recorder:
         self._lab = view.session.world.scratch()
         self._moments: list[Moment[Any]] = []
         self.rows: list[TurnRow] = []
-        """What was noted."""
+        """The recorded turns."""
         self._information: Information | None = None
         self._briefed: Moment[Any] | None = None
         self._reader: ClaimReader | None = None
         self.why = ""
-        """Why it cannot be measured how much claims say; empty if it is, or is not asked for."""
+        """Why the information of claims cannot be measured; empty if it is measured, or not requested."""
 
     def measure(self, family: Subject, seed: int, worlds: int) -> None:
-        """Measure from the next opening on how much each claim says, by so many worlds; 0: no more.
+        """From the next opening on, measure the information of each claim with so many worlds; 0: stop measuring.
 
-        Where that cannot be, the episode says why. It draws from a stream of its own, so that the lesson is the same.
+        If it cannot be measured, the episode states the reason. Measuring draws from its own stream and so does not
+        change the lesson.
         """
         self._information, self.why = None, ""
         if worlds:
@@ -58,11 +59,11 @@ class Recorder:
                 self.why = f"{error}"
 
     def read(self, family: Subject, reader: str) -> None:
-        """Read from the next opening on what is said in the teacher's own words.
+        """From the next opening on, read the teacher's own words.
 
         Args:
-            family: what is taught.
-            reader: as of an episode.
+            family: the subject.
+            reader: the reader, as in `EpisodeSpec`.
         """
         self._reader = None
         if reader != NOBODY:
@@ -72,23 +73,23 @@ class Recorder:
             self._reader = ClaimReader(family, session.world, session.teacher.oracle, parse_reader(reader))
 
     def forget(self, turns: int = 0) -> None:
-        """Keep so many of the first turns."""
+        """Keep only the first turns."""
         del self._moments[turns:], self.rows[turns:]
 
     def check(self, turn: Turn) -> tuple[tuple[Atom, Label], ...]:
-        """What was said in a turn, each claim with its label; the turns before have to be checked before."""
+        """The sentences of a turn, each claim with its label; check earlier turns first."""
         self._moments[turn.moment.turn :] = [turn.moment]
         oracle = self._view.session.teacher.oracle
         return tuple((atom, atom.label(self._moments, self._lab, oracle)) for atom in turn.atoms)
 
     def holds(self, atom: Atom, label: Label) -> bool:
-        """Whether a claim with its label holds; of a hedged one, whether what it hedges does."""
+        """Whether a claim with its label holds; for a hedged claim, whether the hedged one does."""
         if label is Label.HEDGED:
             return atom.claim.holds(self._moments[atom.about_turn], self._lab)
         return label is not Label.DISTORTED
 
     def note(self, **answer: Any) -> TurnRow:
-        """Note the session's last turn; `answer` has further columns, of what a model answered."""
+        """Record the session's last turn; `answer` has further columns about a model's answer."""
         session = self._view.session
         turn, world = session.turn, session.world
         moment, feedback = turn.moment, str(turn.feedback)
@@ -122,7 +123,7 @@ class Recorder:
         return row
 
     def _readings(self, reader: "ClaimReader", turn: Turn) -> list[dict[str, Any]]:
-        """What was read of words that are not the voice's own, as those of a function that rewrites are not."""
+        """Readings of words that the voice did not make, such as those of a rewriting function."""
         session = self._view.session
         judged = [each for each in session.teacher_turns if each.judged]  # asking others may draw random numbers
         reader.see(turn.moment, [claim for each in judged for claim in each.claims()])
@@ -131,7 +132,7 @@ class Recorder:
         return [reading_as_dict(each, self.family) for each in reader.read(without(str(turn.feedback), said))]
 
     def measured(self, turn: Turn) -> "dict[int, Bits]":
-        """How much each claim of feedback says, by its place among the atoms of the session's last turn."""
+        """The information of each claim of feedback, by its index among the atoms of the session's last turn."""
         if self._information is None:
             return {}
         instruction = self._follow(self._information)
@@ -140,7 +141,7 @@ class Recorder:
         return {i: bits for (i, atom), bits in found if atom.kind is not None}
 
     def _follow(self, information: "Information") -> Sequence[Atom]:
-        """What the student has seen in the last turn, and the claims of its instruction, which it has heard."""
+        """The student's view of the last turn, and the claims of its instruction."""
         session = self._view.session
         moment, instruction = session.moment, getattr(session.turn.instruction, "atoms", ())
         information.see(moment)
@@ -150,7 +151,7 @@ class Recorder:
         return instruction
 
     def weigh(self, claims: Iterable[Claim[Any]]) -> "list[Bits]":
-        """How much each claim would say now; empty if it is not measured."""
+        """The information of each given claim now; empty if it is not measured."""
         if self._information is None:
             return []
         self._follow(self._information)

@@ -9,11 +9,10 @@ __all__ = ["turn_regret"]
 
 
 def turn_regret(oracle: Oracle[Any, Any], moment: Moment[Any]) -> float:
-    """Value that the action of a turn lost, in the family's `regret_unit`; 0 at the opening.
+    """The loss of value by the action of a turn, in the family's `regret_unit`; 0 at the opening.
 
-    Where the oracle has no values it is the negated reward. The sum of an episode then lacks what could be earned at
-    best: a number that nobody knows, but the same for all students and teachers in the same world, so that their
-    differences are those of regret.
+    If the oracle has no values, it is the negated reward. An episode's sum then lacks the best possible return. This is
+    unknown, but the same for all students and teachers in a world, so that their differences are differences of regret.
     """
     if not moment.turn:
         return 0.0

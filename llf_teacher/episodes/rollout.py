@@ -17,7 +17,7 @@ from teachers.atoms import ParseFailure
 from teachers.seeds import Seeds
 from teachers.spec import check_range
 
-_LONG = 1000  # past turns in a prompt, unless a `ChatStudent` sets it: practically all
+_LONG = 1000  # past turns in a prompt: practically all; a `ChatStudent` may set fewer
 _ONE = ("prompt", "messages")  # name of the parameter of a function of one conversation
 
 
@@ -30,10 +30,10 @@ class RolloutTurn(NamedTuple):
     """The unchanged answer of the policy."""
     reward: float
     regret: float
-    """Value that the action lost, in the family's unit; the negated reward where the oracle has no values."""
+    """The action's loss of value, in the family's unit; the negated reward if the oracle has no values."""
     success: bool
     failure: str | None
-    """Why the answer is no action; None for an action."""
+    """Why the answer is not an action; None for an action."""
     feedback: str
     """The teacher's feedback on it."""
 
@@ -42,7 +42,7 @@ class Rollout(NamedTuple):
     """A complete conversation."""
 
     id: str
-    """Of the environment."""
+    """The environment's id."""
     seed: int
     turns: tuple[RolloutTurn, ...]
 
@@ -82,8 +82,8 @@ class Rollout(NamedTuple):
 
         Args:
             render: gives the text of messages, with `add_generation_prompt=True` up to the next answer:
-                `functools.partial(tokenizer.apply_chat_template, tokenize=False)`. What it writes after an answer
-                belongs to the span, so that a model learns to stop.
+                `functools.partial(tokenizer.apply_chat_template, tokenize=False)`. The text between an answer and the
+                next message belongs to the span, so that a model learns to stop.
 
         Raises:
             ValueError: the conversation is not whole, or the text of its beginning is not the beginning of its text.
@@ -118,7 +118,7 @@ class Rollout(NamedTuple):
 
     @property
     def failures(self) -> int:
-        """Number of answers that were no action."""
+        """Number of answers that were not actions."""
         return sum(turn.failure is not None for turn in self.turns)
 
 
@@ -136,7 +136,7 @@ def rollout(
             an answer for each; or a function of one conversation, whose parameter is `prompt` or `messages`, or what
             `chat_student` returns. Both may be coroutine functions; those of one conversation run concurrently.
         ids: one or several of `ids()`, or a `Lesson`.
-        seeds: of the episodes of each id; a number n stands for 0 to n - 1. A repeated seed makes a group: several
+        seeds: the seeds of the episodes of each id; a number n means 0 to n - 1. A repeated seed makes a group: several
             conversations about the same world.
         batch: number of conversations at once; when one ends the next begins.
         settings: keyword arguments of `make`: `teacher`, `feedback_type`, `max_turns`, ...
@@ -158,7 +158,7 @@ def rollout(
     numbers = list(range(seeds) if isinstance(seeds, int) else seeds)
     waiting = deque(_Lane(subject, seed, place) for place, (subject, seed) in enumerate(_cross(subjects, numbers)))
     played: list[Rollout | None] = [None] * len(waiting)
-    kept: dict[Any, list[StudentEnv]] = {subject: [] for subject in subjects}  # to be reused
+    kept: dict[Any, list[StudentEnv]] = {subject: [] for subject in subjects}  # for reuse
     going: list[_Lane] = []
     try:
         while waiting or going:
@@ -207,7 +207,7 @@ class _Lane:
         self.prompt = self._talk.ask(observation)
 
     def step(self, text: str) -> None:
-        """Take an answer, and ask again unless it was the last."""
+        """Process an answer, and ask again unless it was the last."""
         env, session = self.env, self.env.session
         observation, reward, _, _, _ = env.step(self._talk.answer(text))
         moment = session.moment

@@ -23,9 +23,9 @@ FIELDS = (
     "episode",  # episodes that are over / episodes
     "success",  # moving average of the success of episodes, weight 0.2; 0 before the first has ended
     "optimal",  # 1 if the last action was optimal, else 0; 0 at the opening
-    "skill",  # moving average of that over all turns, weight 0.1; 0 at first
+    "skill",  # moving average of `optimal` over all turns, weight 0.1; 0 at first
     "visits",  # n / (n + 4) for n earlier visits of the student's state in this lifetime
-    "advised",  # n / (n + 4) for n of these visits in which advice for the next action was said
+    "advised",  # n / (n + 4) for n of these visits with advice for the next action
     "announced",  # 1 if the student has announced its next action, else 0
     "mistake",  # 1 if the announced action is a mistake, else 0; see `is_mistake`
     "way",  # n / (n + 4) for n turns of the oracle's plan from here, at most max_turns; 0 without one
@@ -53,7 +53,7 @@ class LifetimeStatistics:
     def restore(
         self, episode: int, averages: tuple[float, float, float], counts: Mapping[Any, tuple[int, int]]
     ) -> None:
-        """Take the statistics of a lifetime that was played elsewhere; its student is in the session.
+        """Load the statistics of a lifetime from elsewhere, whose student is in the session.
 
         Args:
             episode: episodes that are over.
@@ -73,7 +73,7 @@ class LifetimeStatistics:
         self._state = frozen(self._view.state())
 
     def said(self) -> None:
-        """Count what the teacher has said."""
+        """Count the teacher's claims."""
         said = getattr(self._session.feedback, "atoms", ())
         if any(atom.kind == FP for atom in said):
             self._advised[self._state] = self._advised.get(self._state, 0) + 1
@@ -127,8 +127,8 @@ def optimal(oracle: Oracle, moment: Moment[Any]) -> bool:
 def is_mistake(session: Session, action: Any) -> bool:
     """Whether an action of the session's student would be a mistake now.
 
-    Where actions have values, a mistake is worth less than another action. Elsewhere the oracle tries the action out,
-    and it is a mistake if the oracle blames it; without verdicts on actions, any hn claim counts.
+    If actions have values, a mistake is worth less than another action. Otherwise the oracle tries the action, and it
+    is a mistake if the oracle blames it; without verdicts on actions, any hn claim counts.
 
     Raises:
         ValueError: the action is outside the action space.

@@ -17,9 +17,9 @@ def make(id: str, *, settings: Settings | None = None, **keywords: Unpack[Settin
         id: an id of `ids()`, its alias `verbal-...`, or one of Gymnasium's registry with the prefix `gym:`, as in
             `gym:FrozenLake-v1` or `gym:package.module:ID`, with the arguments of `gymnasium.make` as options, and
             `oracle`, such as `"exact(gamma=0.95)"`.
-        settings: of the lesson; None: the defaults.
-        keywords: fields of `pz_envs.settings.Settings` that replace those, such as `teacher`, `feedback_type` or
-            `text`, and the world's options.
+        settings: the settings of the lesson; None: the defaults.
+        keywords: fields of `pz_envs.settings.Settings` that replace them, such as `teacher`, `feedback_type` or `text`,
+            and the world's options.
 
     Raises:
         ValueError: the id is unknown, or an argument is not allowed.
@@ -28,5 +28,5 @@ def make(id: str, *, settings: Settings | None = None, **keywords: Unpack[Settin
     found = entry(id)
     if found.id not in gymnasium.registry:
         return StudentEnv(found.id, **given)
-    env: StudentEnv = gymnasium.make(found.id, **given)  # type: ignore[assignment]  # no wrapper is around it
+    env: StudentEnv = gymnasium.make(found.id, **given)  # type: ignore[assignment]  # it has no wrapper
     return env

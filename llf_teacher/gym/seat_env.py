@@ -24,8 +24,8 @@ class SeatEnv(gymnasium.Env):
 
     Args:
         env_id: an id of `llf_teacher.ids()`, or a `Lesson`.
-        settings: of the lesson; None: the defaults.
-        keywords: fields that replace those, and the world's options.
+        settings: the settings of the lesson; None: the defaults.
+        keywords: fields that replace them, and the world's options.
         refused: fields that this seat does not use.
         defaults: fields with other defaults at this seat.
 
@@ -83,15 +83,15 @@ class SeatEnv(gymnasium.Env):
         """Least and greatest reward of one step of the world."""
         return self.session.world.reward_range
 
-    # What loops of one's own need.
+    # For users' own loops.
 
     @property
     def moment(self) -> Moment[Any]:
-        """What happened last, with the truths: privileged. `resume_from` and `start_next_episode` take it up."""
+        """The last moment, with the truths: privileged. `resume_from` and `start_next_episode` continue from it."""
         return self.session.moment
 
     def values(self) -> tuple[float, ...] | None:
-        """The oracle's value of each action now: privileged; None where actions have none, or the episode is over."""
+        """The oracle's value of each action now: privileged; None without values, or after the end of the episode."""
         moment = self.session.moment
         return None if moment.over else self.session.teacher.oracle.values(moment.after)
 
@@ -104,7 +104,7 @@ class SeatEnv(gymnasium.Env):
         return parse_student(student).seat(self.family, self.session.world)
 
     def seen_by(self, policy: Any) -> tuple[Any, dict[str, Any]]:
-        """Observation and info that a policy in the student's seat may see now, as its `act` takes them."""
+        """The present observation and info for a policy in the student's seat, in the form that its `act` takes."""
         return self.student_view.observe(), self.student_view.info_for(policy)
 
     def _restart(self, seed: int | None, options: dict[str, Any] | None) -> None:

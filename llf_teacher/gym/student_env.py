@@ -14,7 +14,7 @@ from teachers.atoms import SILENCE, Moment
 from teachers.teacher_turn import LONGEST
 
 NOT_SEATED = ("speech", "teacher_numbers")
-"""The settings of the teacher's seat, which has a policy."""
+"""The settings of the teacher's seat, if a policy plays it."""
 
 
 class StudentEnv(SeatEnv):
@@ -25,15 +25,15 @@ class StudentEnv(SeatEnv):
     `image`, too, uint8.
     With `numbers=True` it is one flat Box, float32, of the state and the claims, with the layout `fields`; then
     `session.atoms` has the claims, and the info has no `atoms`.
-    Action: the world's space; `Prose` with `text=True`. A text that is no action costs a turn and gets feedback; see
-    `pz_envs.seatings.tutoring`.
-    Info: the world's, with `success`; `atoms`, the claims heard last; `parse_failure` for a text that is no action; the
-    privileged `moment` with `privileged_info=True`.
+    Action: the world's space; `Prose` with `text=True`. A text that is not an action costs a turn and gets feedback;
+    see `pz_envs.seatings.tutoring`.
+    Info: the world's, with `success`; `atoms`, the claims heard last; `parse_failure` for a text that is not an action;
+    the privileged `moment` with `privileged_info=True`.
 
     Args:
         env_id: an id of `llf_teacher.ids()`, or a `Lesson`.
-        settings: of the lesson; None: the defaults.
-        keywords: fields of `pz_envs.settings.Settings` that replace those, except `speech`, and the world's options.
+        settings: the settings of the lesson; None: the defaults.
+        keywords: fields of `pz_envs.settings.Settings` that replace them, except `speech`, and the world's options.
 
     Raises:
         ValueError: an argument is not allowed.
@@ -101,11 +101,11 @@ class StudentEnv(SeatEnv):
     def start_next_episode(
         self, start: Any = None, options: dict[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
-        """Begin another episode of the same lesson: random streams go on, and what was spent of a budget stays spent.
+        """Begin another episode of the same lesson: random streams go on, and a spent budget stays spent.
 
         Args:
-            start: the truth to begin with, such as `moment.after` of an opening; None: as a reset draws it.
-            options: those of the world's `reset`.
+            start: the truth to begin with, such as `moment.after` of an opening; None: the reset draws it.
+            options: options of the world's `reset`.
 
         Returns:
             Observation and info, as of `reset`.
@@ -119,7 +119,7 @@ class StudentEnv(SeatEnv):
         return self._begin_episode()
 
     def resume_from(self, moment: Moment[Any], terminated: bool = False, past: Sequence[Moment[Any]] = ()) -> None:
-        """Go on from a moment of an episode that was played elsewhere, after the teacher has spoken of it.
+        """Go on from a moment of another environment's episode, after the teacher has spoken about it.
 
         See `Session.resume_from`.
         """
@@ -128,7 +128,7 @@ class StudentEnv(SeatEnv):
         self._running = not moment.over
 
     def observe(self) -> Any:
-        """The observation that `reset` or the last `step` gave."""
+        """The observation of `reset` or the last `step`."""
         view, session = self.student_view, self.session
         if self._numbers:
             return view.observe()
@@ -146,6 +146,6 @@ class StudentEnv(SeatEnv):
         return info
 
     def _speak_by_policy(self) -> None:
-        """The turn of a policy in the teacher's seat; of a text that is too long, nothing is said."""
+        """The turn of a policy in the teacher's seat; a text that is too long is dropped."""
         said = awaited(self._policy.act(self.teacher_view.observe(), self.teacher_view.info()))
         self.session.say({"text": said} if isinstance(said, str) and len(said) > LONGEST else said)

@@ -35,8 +35,9 @@ def teach(
 
     Args:
         env: an environment, or a function without arguments that makes one.
-        oracle: `auto` for a teacher who plans where the environment allows it, else for rewards, with a warning that
-            says what would give more; a planner of `teachers.planning`; or a subclass of `teachers.oracle.Oracle`.
+        oracle: `auto` for a planned teacher if the environment allows it, otherwise for rewards in words, with a
+            warning that names what would give more; a planner of `teachers.planning`; or a subclass of
+            `teachers.oracle.Oracle`.
         phrases: the oracle's phrases: a dict of lists by claim class or by its name, or the path of a TOML file.
         look, snapshot, success, describe, action_words, reward_range: see `worlds.wrapped.gym_world.GymWorld`.
         settings, keywords: as of `StudentEnv`.
@@ -55,7 +56,7 @@ def teach(
         describe=describe,
         action_words=action_words,
         reward_range=reward_range,
-        max_turns=turns if is_count(turns) else None,  # what is none is refused below
+        max_turns=turns if is_count(turns) else None,  # anything else is refused below
     )
     return StudentEnv(lesson, settings=settings, **keywords)
 

@@ -21,7 +21,7 @@ from teachers.atoms import Moment
 from teachers.oracle import Oracle
 
 LifetimeReward = Callable[[Moment[Any], Oracle[Any, Any], LifetimeStatistics], float]
-"""The teacher's reward of a student's turn, given the lifetime before the turn."""
+"""A reward function for the teacher, given a student's turn and the lifetime before it."""
 
 
 class TeacherEnv(SeatEnv):
@@ -29,8 +29,8 @@ class TeacherEnv(SeatEnv):
 
     A step is the teacher's turn and the student's next one. The reward is the sum of both.
 
-    With `actions="compact"` the actions are `subsets`, those of the kinds that feedback type and oracle allow (two for
-    one kind), and `action_mask` has their number; `trimmed` is still the number of one of all 32 subsets.
+    With `actions="compact"` the actions are `subsets`: only subsets of the kinds that feedback type and oracle allow
+    (two for one kind). `action_mask` then has as many entries; `trimmed` still numbers all 32 subsets.
 
     With `episodes` above 1, one episode of this environment is a lifetime: several episodes of one student, which can
     learn across them (`q_learning(forget=False, trust=1.0)`). Each lifetime has a new student, one budget of advice,
@@ -40,9 +40,9 @@ class TeacherEnv(SeatEnv):
     0. episodes that are over / episodes
     1. moving average of the success of episodes, weight 0.2 for the latest
     2. 1 if the student's last action was optimal, else 0
-    3. moving average of that over the turns, weight 0.1 for the latest
+    3. moving average of number 2 over the turns, weight 0.1 for the latest
     4. n / (n + 4) for n earlier visits of the student's state in this lifetime
-    5. n / (n + 4) for n of those visits in which an action was advised
+    5. n / (n + 4) for n of these visits with advised actions
     6. 1 if the student has announced its next action, else 0
     7. 1 if the announced action is a mistake, else 0: it has less value than another, or, where actions have no
        values, the oracle would criticise it
@@ -51,29 +51,29 @@ class TeacherEnv(SeatEnv):
     With `teacher_numbers=True` the observation is one flat Box of all these, with the layout `fields`, and the info has
     the `action_mask`.
 
-    Info: that of `teacher_0`, such as the privileged `moment`, and `trimmed`, the kinds of the last action of which
-    nothing could be said; `student`, its spec, or None for a policy of your own; and `intention`, the announced action,
-    if there is one.
+    Info: that of `teacher_0`, such as the privileged `moment`, and `trimmed`, the kinds of the last action that could
+    not be said; `student`, its spec, or None for a policy of your own; and `intention`, the announced action, if there
+    is one.
 
     A student with `forget=False` keeps what it has learned until a reset with a seed, which makes a new one. A policy
     of your own is never replaced; only its `reset` is called.
 
     Args:
         env_id: an id of `llf_teacher.ids()`, or a `Lesson`.
-        student: a spec string, a `Student`, a policy with `reset(rng)` and `act(observation, info)`, or a function of a
-            random generator that makes such a policy, which is called at each reset.
-        settings: of the lesson; None: the defaults, with `speech="kinds"`, in a lifetime `until_success=True`, and
-            `text=True` if the student reads texts.
+        student: a spec string, a `Student`, a policy with `reset(rng)` and `act(observation, info)`, or a function that
+        makes such a policy from a random generator at each reset.
+        settings: the settings of the lesson; None: the defaults, with `speech="kinds"`, in a lifetime
+            `until_success=True`, and `text=True` if the student reads texts.
         actions: with `speech="kinds"`, `all` or `compact`.
         episodes: the student's episodes in one episode of this environment, at least 1.
         same_world: whether the episodes of a lifetime begin in the same state of the world.
-        vary: parameters of the student that are drawn uniformly at each reset, with their least and greatest value,
-            such as `{"alpha": (0.1, 0.9)}`; of two integers an integer is drawn: `{"trust": (0, 1)}` gives 0 or 1.
+        vary: parameters of the student that each reset draws uniformly, with their least and greatest value, such as
+            `{"alpha": (0.1, 0.9)}`; between two integers it draws an integer: `{"trust": (0, 1)}` gives 0 or 1.
         announce: whether the student announces its next action before the teacher speaks; learners can. Traits change
             only what is heard and done afterwards.
-        keywords: fields of `pz_envs.settings.Settings` that replace those, and the world's options. `teacher_reward`
-            may also be a function of three arguments, `Moment`, `Oracle` and the student's `LifetimeStatistics` before
-            the turn.
+        keywords: fields of `pz_envs.settings.Settings` that replace the settings', and the world's options.
+            `teacher_reward` may also be a function of three arguments, `Moment`, `Oracle` and the student's
+            `LifetimeStatistics` before the turn.
 
     Raises:
         ValueError: an argument is not allowed.
@@ -118,9 +118,7 @@ class TeacherEnv(SeatEnv):
         self.student: Any = self._make_student(np.random.default_rng(0)) if given else student
         self._renews = episodes > 1 or bool(self._vary) or not (given or _is_policy(student))
         self._remembers = given and not getattr(student, "forget", True)
-        if (
-            given or _is_policy(student) or isinstance(student, type)
-        ):  # what a function makes is checked when it is made
+        if given or _is_policy(student) or isinstance(student, type):  # a function's policy is checked when it is made
             self._check_announces(self.student)
         self.subsets = choices_of(actions, self.session.teacher, self.settings.speech)
         """With `speech="kinds"`, the subset of kinds that each action says."""
@@ -207,17 +205,17 @@ class TeacherEnv(SeatEnv):
         done: bool,
         past: Sequence[Moment[Any]] = (),
     ) -> None:
-        """Go on from a moment of an episode that was played elsewhere; the teacher is the next to speak.
+        """Go on from a moment of another environment's episode; the teacher speaks next.
 
         Call `reset` before, which begins the random streams. Student and lifetime are restored separately.
 
         Args:
-            moment: with the world's truths.
-            terminated: whether the student's episode has ended there other than by its length.
+            moment: the moment, with the world's truths.
+            terminated: whether the student's episode has ended there for a reason other than its length.
             spent: atoms said in this lifetime.
             start: the truth with which the episodes of the lifetime begin.
             done: whether the teacher has spoken for the last time.
-            past: the moments of the episode before.
+            past: the earlier moments of the episode.
         """
         self.session.resume_from(moment, terminated, past)
         self.teacher_view.teacher_turn.budget.spent = spent
@@ -254,7 +252,7 @@ class TeacherEnv(SeatEnv):
             )
 
     def _next_episode(self, life: LifetimeStatistics, terminated: bool) -> bool:
-        """End an episode of a lifetime and begin the next; whether there is one."""
+        """End an episode of a lifetime and begin the next; returns whether there is a next one."""
         session, view, student = self.session, self.student_view, self.student
         if hasattr(student, "finish"):
             student.finish(view.observe(), view.info_for(student), terminated)

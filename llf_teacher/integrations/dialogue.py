@@ -21,18 +21,18 @@ SCORES = {
     "parse_failures": "parse_failures",
     **{f"said_{kind}": f"said_{kind}" for kind in KINDS},
 }
-"""The scores of an episode, by name the field of `EpisodeRow`."""
+"""The scores of an episode: for each name, the field of `EpisodeRow`."""
 
 
 class Dialogue:
     """Plays an episode as a study does: the same seed gives the same world, prompts and words, and ends alike.
 
-    A turn has two halves: `answer` is the student's, `speak` the teacher's. The opening is played already.
+    A turn has two halves: the student's `answer`, then the teacher's `speak`. The opening is already played.
 
     Args:
         id: an id of `llf_teacher.ids()`.
-        seed: of the episode.
-        teacher: its spec, as in studies.
+        seed: the seed of the episode.
+        teacher: the teacher's spec, as in studies.
         history, max_prompt_tokens: see `Conversation`.
         settings: other keywords of `llf_teacher.make`, such as `feedback_type` and `max_turns`.
 
@@ -50,7 +50,7 @@ class Dialogue:
         max_prompt_tokens: int | None = None,
         **settings: Any,
     ) -> None:
-        heard = arguments_of(parse_teacher(teacher), settings.get("feedback_type", "a"))  # it may have a voice
+        heard = arguments_of(parse_teacher(teacher), settings.get("feedback_type", "a"))  # its spec may have a voice
         self.env = make(id, text=True, **settings | heard)
         self.talk = Conversation(
             self.env, history=history, max_prompt_tokens=max_prompt_tokens, rng=Seeds(seed).stream("student")
@@ -79,7 +79,7 @@ class Dialogue:
         self.env.student_view.act(action)
 
     def speak(self, words: str | None = None) -> None:
-        """The teacher's half: these words, or those of the session's teacher."""
+        """The teacher's half of a turn: these words, or the words of the session's teacher."""
         session = self.env.session
         if words is None:
             session.speak()

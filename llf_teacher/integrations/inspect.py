@@ -64,7 +64,7 @@ def student(**settings: Any) -> Solver:
     """The model as the student in an episode.
 
     Args:
-        settings: of `Dialogue`, but for those that the sample's metadata have: `id` and `seed` at least.
+        settings: arguments of `Dialogue`, except those in the sample's metadata, which has at least `id` and `seed`.
     """
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
@@ -78,7 +78,7 @@ def student(**settings: Any) -> Solver:
                 dialogue.answer(state.output.completion, _reply_facts(state.output))
                 dialogue.speak()
                 state.messages += _chat(dialogue.messages[-1:])
-        finally:  # a limit may end it, too
+        finally:  # a limit may also end it
             state.store.set(STORED, {"scores": dialogue.scores(), "turns": dialogue.record()})
             dialogue.close()
         return state
@@ -186,14 +186,14 @@ def suite(
     history: int = 20,
     max_prompt_tokens: int | None = None,
 ) -> Task:
-    """What the model can do with feedback: the scores of `llf suite`, by experiment; NaN where none was measured.
+    """What the model can do with feedback: the scores of `llf suite`, by experiment; NaN without a measured score.
 
-    Experiments in which a student has to remember earlier episodes are left out.
+    Experiments that need memory of earlier episodes are left out.
 
     Args:
-        quick, key: as of `llf suite`.
+        quick, key: as in `llf suite`.
         only: names of experiments.
-        store: file in which the references' episodes are kept; they are played before the task begins.
+        store: file for the references' episodes, which are played before the task begins.
         history, max_prompt_tokens: limits of the conversation that is sent; see `llf_teacher.Conversation`.
     """
     names = [only] if isinstance(only, str) and only else list(only)

@@ -25,7 +25,8 @@ class FeedbackEnvironment:
 
     Args:
         id: the environment of rows without an id.
-        reward: of an episode, one of `REWARDS`. Turns that the model did not take count as texts that are no action.
+        reward: the reward of an episode, one of `REWARDS`. Turns that the model did not take count as texts that are
+            not actions.
         settings: keywords of `llf_teacher.make`; a row's columns replace them.
 
     Raises:
@@ -92,8 +93,8 @@ class FeedbackEnvironment:
         return observation
 
     def _environment(self, id: str, settings: dict[str, Any]) -> StudentEnv:
-        """An environment, which is made once and reused."""
+        """An environment, made once and reused."""
         name = repr((id, sorted(settings.items())))
         if name not in self._made:
-            self._made[name] = make(id, text=True, **copy.deepcopy(settings))  # others are made with the same teacher
+            self._made[name] = make(id, text=True, **copy.deepcopy(settings))  # all are made with the same teacher
         return self._made[name]

@@ -1,12 +1,12 @@
-"""An environment for verifiers (v1): a taskset of episodes, and two seats, of which a model may have either or both.
+"""An environment for verifiers (v1): a taskset of episodes, and two seats; a model may play either or both.
 
 verifiers finds environments as modules of one name. A file `llf.py` with this line is one, for `vf-eval llf`:
 
     from llf_teacher.integrations.verifiers import LLFHarness, LLFSeats, LLFTaskset, __all__
 
-A trace has the return as its reward, what else `SCORES` names as metrics, and all turns, with what was said in them, in
-its info. verifiers takes means of rewards and metrics over all traces. So if the tasks are of several families, whose
-returns and regrets have units of their own, success is the reward, and the metrics have neither.
+A trace has the return as its reward, the other names of `SCORES` as metrics, and all turns with their words in its
+info. verifiers averages rewards and metrics over all traces. So with tasks of several families, which measure returns
+and regrets in different units, the reward is success, and neither is a metric.
 """
 
 import itertools
@@ -27,7 +27,7 @@ from pz_envs.settings import Settings
 __all__ = ["LLFHarness", "LLFSeats", "LLFTaskset"]
 
 _OF_UNITS = ("return", "regret")
-"""Scores in a unit of the family."""
+"""Scores in a family's own unit."""
 
 _TEACHING = """You teach a student who learns a task by doing it. The student was told this:
 
@@ -78,7 +78,7 @@ def _ids(given: Sequence[str]) -> list[str]:
 
 
 class LLFHarness(vf.Harness[vf.HarnessConfig]):
-    """A bare conversation, in this process: nothing is installed and no code is run for it."""
+    """A bare conversation in this process: it installs nothing and runs no code."""
 
     APPENDS_SYSTEM_PROMPT = True
     SUPPORTS_RESUME = True
@@ -112,10 +112,10 @@ class LLFHarness(vf.Harness[vf.HarnessConfig]):
         return vf.ProgramResult(exit_code=0, stdout="", stderr="")
 
 
-_SEAT = vf.AgentConfig(runtime=vf.SubprocessConfig())  # which the harness does not use
+_SEAT = vf.AgentConfig(runtime=vf.SubprocessConfig())  # the harness does not use it
 
 
-_SETTINGS = {"instruction_type", "feedback_type", "voice", "max_turns"}  # of the lesson, in the configuration
+_SETTINGS = {"instruction_type", "feedback_type", "voice", "max_turns"}  # settings of the lesson in the configuration
 
 
 class LLFSeatsConfig(vf.EnvConfig):
@@ -123,7 +123,7 @@ class LLFSeatsConfig(vf.EnvConfig):
 
     student: vf.AgentConfig = _SEAT
     teacher: vf.AgentConfig = _SEAT
-    """Speaks only if `model_teaches`; instruction and known facts come from the personality in either case."""
+    """Speaks only if `model_teaches`; the personality gives instruction and known facts in either case."""
     model_teaches: bool = False
     personality: str = "oracle"
     """The teacher's, as in `llf_teacher.make(..., teacher=...)`."""
@@ -173,7 +173,7 @@ class LLFSeats(vf.Env[LLFSeatsConfig]):
         finally:
             dialogue.close()
         scores = dialogue.scores()
-        for trace in traces:  # a teacher is worth what its student earns
+        for trace in traces:  # a teacher's reward is its student's
             trace.record_reward(self._reward, scores[self._reward])
             trace.record_metrics({name: value for name, value in scores.items() if name not in self._left_out})
             unit = dialogue.env.family.regret_unit

@@ -5,11 +5,11 @@ class LLMError(RuntimeError):
     """A language model gave no answer; the message gives the reason and never contains the key."""
 
     lost = False
-    """Whether the endpoint may charge for a request that got no reply, or none that was read to its end."""
+    """Whether the endpoint may charge for a request without a complete reply."""
 
 
 class NoAnswerError(LLMError):
-    """The endpoint refuses this request, for example because it is too long; it may answer others."""
+    """The endpoint refuses this request, for example because of its length; it may answer others."""
 
 
 class SpendingLimitError(LLMError):

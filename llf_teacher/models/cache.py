@@ -1,4 +1,4 @@
-"""A cache of answers on disk with a ledger of their costs, shared by all processes: no request is paid for twice."""
+"""A cache of answers on disk with a ledger of costs, shared by all processes, so that no request is paid twice."""
 
 import contextlib
 import hashlib
@@ -33,13 +33,13 @@ CREATE TABLE IF NOT EXISTS pledge (id INTEGER PRIMARY KEY, until REAL NOT NULL, 
 CREATE TABLE IF NOT EXISTS sent (model TEXT PRIMARY KEY, requests INTEGER NOT NULL, lost INTEGER NOT NULL);
 CREATE TABLE IF NOT EXISTS served (endpoint TEXT, model TEXT, id TEXT NOT NULL, PRIMARY KEY (endpoint, model));
 """
-_TRIES = 100  # to set the mode of a file, a tenth of a second apart
+_TRIES = 100  # attempts to set the mode of a file, 0.1 s apart
 _FACTS = ("reasoning", "finish", "model", "seconds", "call", "unsent")
 
 
 @dataclass
 class Sent:
-    """The requests that were sent for an answer."""
+    """The requests sent for an answer."""
 
     requests: int = 0
     """Number of requests."""
@@ -81,7 +81,7 @@ class Cache:
                 db.execute("ALTER TABLE answer ADD COLUMN facts TEXT")
 
     def _write_ahead(self) -> None:
-        """Set the mode, for which SQLite does not wait where another process is setting it."""
+        """Set the mode, with retries, since SQLite does not wait while another process sets it."""
         for left in reversed(range(_TRIES)):
             try:
                 self._db.execute("PRAGMA journal_mode = WAL")
@@ -114,15 +114,15 @@ class Cache:
         pledge: int | None,
         sent: Sent = Sent(1),  # noqa: B008 (never changed here)
     ) -> None:
-        """Enter a reply, or a request that got none, into the ledger and its answer into the cache, in one transaction.
+        """Enter a reply, or a request without one, into the ledger and its answer into the cache, in one transaction.
 
         Args:
-            key: of the request.
-            request: what was asked.
-            answer: the answer in the reply; None if there is none.
-            usage: its cost. If that is unknown, it is what was pledged, so that a limit is kept.
+            key: the key of the request.
+            request: the request.
+            answer: the answer in the reply; None without one.
+            usage: the cost. An unknown cost counts as the pledge, so that the limit holds.
             pledge: number of the pledge that the cost replaces.
-            sent: the requests that were sent for it.
+            sent: the requests sent for it.
         """
         with self._writing() as db:
             most = db.execute("SELECT usd FROM pledge WHERE id = ?", (pledge,)).fetchone() or (None,)
@@ -149,8 +149,7 @@ class Cache:
             seconds: time after which the pledge ends; it also ends with this process.
 
         Returns:
-            A number for `add` and `release`; None if it is not yet known whether the budget is enough, because other
-            requests are under way.
+            A number for `add` and `release`; None while requests under way leave open whether the budget is enough.
 
         Raises:
             LookupError: the budget is not enough.
@@ -169,7 +168,7 @@ class Cache:
             return db.execute("INSERT INTO pledge (until, usd, host, process) VALUES (?, ?, ?, ?)", row).lastrowid
 
     def release(self, pledge: int | None, model: str, sent: Sent) -> None:
-        """End a pledge without a known cost, and count the requests that were sent."""
+        """End a pledge without a known cost, and count the sent requests."""
         with self._writing() as db:
             _settle(db, pledge, model, sent)
 
@@ -191,9 +190,9 @@ class Cache:
         """The ledger's sums per model.
 
         Returns:
-            Per model its name, the number of requests that were charged, or may have been (`requests`), their tokens,
-            their price in USD, the number of those of unknown price (`unpriced`), the number of requests that were
-            sent, and of those without a reply (`lost`).
+            For each model its name, the number of requests with a possible charge (`requests`), their tokens, their
+            price in USD, how many of them have an unknown price (`unpriced`), the number of sent requests, and the
+            number of requests without a reply (`lost`).
         """
         names = ("model", "requests", "input_tokens", "output_tokens", "usd", "unpriced")
         sums = "count(*), coalesce(sum(input_tokens), 0), coalesce(sum(output_tokens), 0), total(usd), sum(usd IS NULL)"
@@ -248,7 +247,7 @@ class Cache:
 
 
 def _settle(db: sqlite3.Cursor, pledge: int | None, model: str, sent: Sent) -> None:
-    """End a pledge, and count the requests that were sent."""
+    """End a pledge, and count the sent requests."""
     db.execute("DELETE FROM pledge WHERE id = ?", (pledge,))
     db.execute(
         "INSERT INTO sent VALUES (?, ?, ?) ON CONFLICT (model) DO UPDATE SET requests = requests + excluded.requests, "
@@ -258,7 +257,7 @@ def _settle(db: sqlite3.Cursor, pledge: int | None, model: str, sent: Sent) -> N
 
 
 def _lives(process: int) -> bool:
-    """Whether a process of this machine lives; True where that cannot be known."""
+    """Whether a process of this machine lives; True if that is unknown."""
     if fcntl is None:
         return True
     try:

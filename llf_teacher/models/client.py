@@ -30,9 +30,9 @@ from worlds.extras import pip_install
 
 _TOKENS = 1e6  # prices are per million
 _EXCERPT = 300
-_TEXTS = ("raw", "reasoning", "finish", "model", "call")  # of an answer
-_IMAGE = 10_000  # tokens that an image of 512 pixels costs at most, beside its bytes
-_UNSENT = ("ConnectError", "ConnectTimeout")  # causes of errors before a request is sent, of any release of `httpx`
+_TEXTS = ("raw", "reasoning", "finish", "model", "call")  # tokens of an answer
+_IMAGE = 10_000  # greatest number of tokens of an image of 512 pixels, beside its bytes
+_UNSENT = ("ConnectError", "ConnectTimeout")  # errors before a request is sent, in all releases of `httpx`
 _SECRET = 8  # minimum length of a key to mask; a shorter one may be in a text by chance
 _WAITS = 300.0  # seconds, more than all pauses between attempts
 _OF_ALL = (401, 402, 403, 404, 408, 409, 429)  # statuses about key, address or time, not about the request
@@ -69,7 +69,7 @@ class Endpoint:
         self._client = openai.AsyncOpenAI(
             base_url=base_url,
             api_key=settings.key or "none",
-            timeout=None,  # one clock, that of `BoundedClient`
+            timeout=None,  # `BoundedClient` limits the time
             max_retries=0,  # see `retries`
             http_client=BoundedClient(settings.timeout),
         )
@@ -87,9 +87,9 @@ class Endpoint:
             prices: in USD per million tokens, of input and of output; None: unknown.
 
         Raises:
-            LLMError: there is none, and trying again has not helped.
-            NoAnswerError: there is none to this request; to others there may be.
-            SpendingLimitError: there is no money left for asking.
+            LLMError: there is no answer, also after retries.
+            NoAnswerError: there is no answer to this request; others may get one.
+            SpendingLimitError: the spending limit does not allow the request.
         """
         whole = {**self._identity(request["model"]), **request}
         key = Cache.key(whole)
@@ -112,7 +112,7 @@ class Endpoint:
         return {"endpoint": self._name, "served": self._served[model]}
 
     async def _serves(self, model: str) -> str | None:
-        """The model that the endpoint serves under a name, by its list of models; None if it has no such list."""
+        """The model that the endpoint serves under a name, from its list of models; None without such a list."""
         try:
             async with asyncio.timeout(_LOOK):
                 reply = await self._client.models.with_raw_response.list()
@@ -154,7 +154,7 @@ class Endpoint:
         """The answer in the next reply.
 
         Raises:
-            PassingError: there is none, and another attempt may succeed.
+            PassingError: there is no answer, and another attempt may succeed.
         """
         pledge = self._pledge(request, prices)
         answer, usage, sent, charged = None, Usage(), Sent(), False
@@ -182,7 +182,7 @@ class Endpoint:
         return answer
 
     def _reply(self, request: dict[str, Any], sent: Sent) -> tuple[str, tuple[str, ...]]:
-        """The body of the endpoint's reply, and the parameters that it did not accept; `sent` counts the requests."""
+        """The body of the endpoint's reply, and the parameters that it refused; `sent` counts the requests."""
         while True:
             unsent = self._unsent.get(request["model"], ())
             body = adapted(request, unsent)
@@ -191,7 +191,7 @@ class Endpoint:
             sent.requests += 1
             try:
                 reply, refusal = wait_for(self._post(body))
-            except BaseException as error:  # an interrupt, too, cuts what is under way
+            except BaseException as error:  # also an interrupt cancels the request
                 sent.lost += getattr(error, "lost", True)
                 raise
             if not refusal:
@@ -220,7 +220,7 @@ class Endpoint:
             headers = error.response.headers if isinstance(error, openai.APIStatusError) else {}
             unreached = isinstance(error, openai.APIConnectionError)
             unsent = _is_unsent(error)
-        # Raised outside `except`: the client's own exception holds the request, and so the key.
+        # Raised outside `except`, since the client's own exception holds the request with the key.
         if isinstance(own, TimeoutError):
             seconds = f"{self._settings.timeout:g} seconds"
             raise PassingError(f"timed out after {seconds}; {TIMEOUT} sets the limit", lost=True)
@@ -240,7 +240,7 @@ class Endpoint:
         body = getattr(error, "body", None)
         if (
             body and text == f"Error code: {status}" and not is_page(f"{body}")
-        ):  # of a form that the client does not know
+        ):  # in a form that the client does not know
             text += f" - {body}"
         then = f"; it asks to wait {wait} seconds" if wait else UNREACHED if _is_unsent(error) else hint(status, text)
         return f"{type(error).__name__}: {self._clean(text)[:_EXCERPT]}{then}"
@@ -280,8 +280,8 @@ class Endpoint:
 
 
 def _written(key: str) -> re.Pattern[str]:
-    """The key as it is, and as JSON may escape it in an answer that is JSON in JSON."""
-    escaped = r"\\{0,8}"  # bounded, so that time is linear
+    """The key, and the forms in which JSON may escape it, also JSON within JSON."""
+    escaped = r"\\{0,8}"  # bounded, so that the time is linear
     return re.compile("".join(rf"{escaped}(?:{re.escape(each)}|(?<=\\)u00(?i:{ord(each):02x}))" for each in key))
 
 

@@ -1,6 +1,6 @@
-"""Endpoints by name: a study names them; their addresses and the variables of their keys stand elsewhere.
+"""Endpoints by name: a study names them; a file or the environment has their addresses and the variables of their keys.
 
-They stand in a file: `llf-endpoints.toml` in the folder where a study runs, or the file that `LLF_LLM_ENDPOINTS` names.
+The file is `llf-endpoints.toml` in the folder where a study runs, or the file that `LLF_LLM_ENDPOINTS` names.
 It has a table per endpoint, as in `[endpoints.local]` with `base_url = "http://localhost:8000/v1"` and, optionally,
 `key = "MY_VARIABLE"`. Or the environment has `LLF_LLM_ENDPOINT_LOCAL=http://localhost:8000/v1`.
 """

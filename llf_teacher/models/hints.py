@@ -1,4 +1,4 @@
-"""Which setting to change, by what an endpoint replies."""
+"""Hints which setting to change, from an endpoint's reply."""
 
 import re
 
@@ -26,17 +26,17 @@ _HINTS = (
         r"\A\s*(data|event|id)?:",
         "this is an event stream; give the base_url of an endpoint that does not stream",
     ),
-)  # statuses, what stands in the reply, what helps
+)  # statuses, a text in the reply, the remedy
 
 
 UNREACHED = "; does the endpoint run, and is base_url its address?"
 
 
 def hint(status: int | None, text: str) -> str:
-    """What to change, behind a semicolon; empty if that is not known.
+    """The setting to change, behind a semicolon; empty if it is unknown.
 
     Args:
-        status: the reply's status; None: there was none.
+        status: the reply's status; None: no reply.
         text: the reply's body, or the error in it.
     """
     found = [say for statuses, wanted, say in _HINTS if status in statuses and re.search(wanted, text, re.I)]
@@ -44,5 +44,5 @@ def hint(status: int | None, text: str) -> str:
 
 
 def is_page(reply: str) -> bool:
-    """Whether a reply is a web page, which no model wrote."""
+    """Whether a reply is a web page instead of a model's answer."""
     return reply.lstrip().startswith("<")

@@ -1,4 +1,4 @@
-"""Language models by their settings: which model is asked, where and how, in one value that checks all of it."""
+"""Language models by their settings: one checked value says which model to ask, where and how."""
 
 import contextlib
 import hashlib
@@ -45,17 +45,17 @@ class ModelSettings:
     max_tokens: int | None = 1000
     """Maximum length of an answer, in tokens; None: the endpoint's default."""
     seed: bool = True
-    """Whether requests have a sampling seed, which depends on the episode's seed only."""
+    """Whether requests have a sampling seed, which depends only on the episode's seed."""
     input_price: float | None = None
     """USD per million tokens of input; None: unknown."""
     output_price: float | None = None
     """USD per million tokens of output; None: unknown."""
     cached_price: float | None = None
-    """USD per million tokens of input that the endpoint had in its cache; None: as other input."""
+    """USD per million tokens of input from the endpoint's cache; None: as other input."""
     endpoint: str = ""
     """Name of an endpoint, see `llf_teacher.models.endpoints`, without `base_url`; by default `LLF_LLM_ENDPOINT`."""
     extra: dict[str, Any] | None = None
-    """More of the request's body, such as `{'reasoning_effort': 'low'}`."""
+    """Further fields of the request's body, such as `{'reasoning_effort': 'low'}`."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "model", self.model or settings.default(settings.MODEL))
@@ -102,15 +102,15 @@ class ModelSettings:
         """The address of the endpoint.
 
         Raises:
-            ValueError: the endpoint's name has no address, or none that is allowed.
+            ValueError: the endpoint's name has no address, or its address is not allowed.
         """
         return place_of(self.endpoint, environment) if self.endpoint else Address(self.base_url)
 
     def sampling(self, rng: np.random.Generator | None) -> dict[str, Any]:
-        """The part of a request's body that says how an episode's answers are sampled.
+        """The sampling part of the request bodies of an episode.
 
         Args:
-            rng: draws the seed, if there is one.
+            rng: draws the seed, if the settings want one.
         """
         sampling = {
             "temperature": self.temperature,
@@ -121,7 +121,7 @@ class ModelSettings:
 
 
 class Model:
-    """A model that is asked through its endpoint, for one episode.
+    """A model behind its endpoint, for one episode.
 
     Args:
         settings: which model, where and how.
@@ -144,7 +144,7 @@ class Model:
 
         Args:
             messages: of a chat completion.
-            form: the part of the request's body that says which form the answer has; None: a text.
+            form: the part of the request's body for the form of the answer; None: a text.
         """
         asked = self._settings
         body = {**(form or {}), **self._sampling, **(asked.extra or {})}
@@ -152,10 +152,10 @@ class Model:
 
 
 class AsksModel(Spec):
-    """Base of specs that ask a model: their fields have the names and the meaning of fields of `ModelSettings`."""
+    """Base of specs that ask a model; their fields have the names and meanings of fields of `ModelSettings`."""
 
     price_fields: ClassVar[str] = "input_price=..., output_price=..."
-    """How prices are given, for a message."""
+    """How a spec states prices, for a message."""
 
     @property
     def settings(self) -> ModelSettings:

@@ -13,7 +13,7 @@ LONGEST = 1_000_000
 """Maximum length of an answer, and of the thoughts beside it, in characters; the rest is dropped, as if never sent."""
 _MOST_TOKENS = 10**9  # of one reply; a greater number is not a count
 LENGTH, FILTERED, REFUSED = "length", "content_filter", "refusal"
-"""Reasons why an answer is incomplete, or says in a field of its own why there is none."""
+"""Reasons why an answer is incomplete or refused."""
 
 
 class Prices(NamedTuple):
@@ -22,19 +22,19 @@ class Prices(NamedTuple):
     input: float
     output: float
     cached: float | None = None
-    """Price of input that the endpoint had in its cache; None: as other input."""
+    """Price of input from the endpoint's cache; None: as other input."""
 
 
 class Usage(NamedTuple):
     """The cost of an answer."""
 
     input_tokens: int | None = None
-    """Number of tokens; None, here and below, if the endpoint gives no number or an impossible one."""
+    """Number of tokens; None, here and below, if the endpoint gives no number or an impossible number."""
     output_tokens: int | None = None
     usd: float | None = None
     """None if the tokens or the prices are unknown."""
     cached_tokens: int | None = None
-    """Number of `input_tokens` that the endpoint had in its cache."""
+    """Number of `input_tokens` from the endpoint's cache."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Answer:
     raw: str
     """The text as it came; for a tool call its arguments, JSON."""
     reasoning: str = ""
-    """The model's thoughts, if the endpoint gave them in a field of their own."""
+    """The model's thoughts, if the endpoint has a field for them."""
     finish: str = ""
     """Why the answer ended, such as `stop` or `length`; empty if the endpoint does not say."""
     model: str = ""
@@ -53,7 +53,7 @@ class Answer:
     seconds: float = 0.0
     """Time from the request to the reply."""
     call: str = ""
-    """Id of the tool call; empty if the answer is not one."""
+    """Id of the tool call; empty if the answer is not a tool call."""
     unsent: tuple[str, ...] = ()
     """Parameters of the request that the endpoint does not accept."""
 
@@ -97,7 +97,7 @@ def read(reply: str, prices: Prices | None) -> tuple[Answer | None, Usage]:
     finish, declined = _text(_part(choice, "finish_reason")), _text(message.get("refusal"))
     if declined and not (raw or calls):
         raw, finish = declined, REFUSED
-    elif finish == "stop" and not (raw or calls):  # the endpoint took the whole answer for thoughts
+    elif finish == "stop" and not (raw or calls):  # the endpoint counted the whole answer as thoughts
         raw, reasoning = reasoning, ""
     raw = "\n".join(calls) or raw
     answer = Answer(
@@ -112,7 +112,7 @@ def read(reply: str, prices: Prices | None) -> tuple[Answer | None, Usage]:
 
 
 def served(reply: str, model: str) -> str | None:
-    """The model that an endpoint's list of models has under a name; None if the list does not have the name."""
+    """The model under a name in an endpoint's list of models; None if the list lacks the name."""
     try:
         models = _part(json.loads(reply), "data")
     except (ValueError, RecursionError):

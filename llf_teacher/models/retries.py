@@ -11,7 +11,7 @@ from collections.abc import Mapping
 
 from llf_teacher.models import LLMError
 
-_PASSING = (408, 409, 429)  # and all from 500
+_PASSING = (408, 409, 429)  # and all statuses from 500
 _FIRST, _LONGEST, _MOST = 0.5, 8.0, 120.0  # seconds: the first pause, the longest, the longest on request
 _JITTER = 0.25  # random share of a pause, so that many clients do not retry at once
 _chance = random.SystemRandom()  # no episode depends on it
@@ -23,7 +23,7 @@ class PassingError(LLMError):
     Args:
         problem: the error.
         seconds: the pause that the endpoint asks for; None: it asks for none.
-        lost: whether there was no reply at all, so that the charge is unknown.
+        lost: whether the reply is missing, so that the charge is unknown.
     """
 
     def __init__(self, problem: str, seconds: float | None = None, lost: bool = False) -> None:
@@ -32,7 +32,7 @@ class PassingError(LLMError):
 
 
 def may_pass(status: int, headers: Mapping[str, str]) -> bool:
-    """Whether an error is transient, and the endpoint asks for no long pause."""
+    """Whether an error is transient, without a request for a long pause."""
     if (wait := asked_for(headers)) is not None and wait > _MOST:
         return False
     if (said := headers.get("x-should-retry")) in ("true", "false"):

@@ -1,4 +1,4 @@
-"""Settings of the client that are not part of a spec: they come from the environment."""
+"""Settings of the client from the environment, which are not part of a spec."""
 
 import os
 from collections.abc import Mapping
@@ -12,7 +12,7 @@ OPENAI = "https://api.openai.com/v1"
 
 @dataclass(frozen=True, kw_only=True)
 class ClientSettings:
-    """How the client asks any model of an endpoint."""
+    """Settings for requests to any model of an endpoint."""
 
     key: str = field(repr=False)
     """API key, sent as `Authorization: Bearer`; empty: none."""
@@ -29,11 +29,11 @@ class ClientSettings:
     def read(cls, base_url: str, environment: Mapping[str, str] = os.environ, key_in: str = KEY) -> "ClientSettings":
         """The settings for an endpoint.
 
-        `OPENAI_API_KEY` goes to OpenAI or to `OPENAI_BASE_URL` only, `LLF_LLM_API_KEY` to any endpoint for which no
-        other variable is given.
+        `OPENAI_API_KEY` goes only to OpenAI or `OPENAI_BASE_URL`, `LLF_LLM_API_KEY` to any endpoint without its own
+        variable.
 
         Raises:
-            ValueError: a number or the cache's file is not allowed, or the key has characters that no key has.
+            ValueError: a number or the cache's file is not allowed, or the key has impossible characters.
         """
         key = environment.get(key_in, "")
         if not key and key_in == KEY and base_url in (OPENAI, environment.get("OPENAI_BASE_URL", "").rstrip("/")):

@@ -27,7 +27,7 @@ def loop() -> asyncio.AbstractEventLoop:
 
 
 def _run(loop: asyncio.AbstractEventLoop) -> None:
-    while True:  # a coroutine that exits, or stops the loop, does not end those of others
+    while True:  # a coroutine that exits or stops the loop does not end other coroutines
         with contextlib.suppress(SystemExit, KeyboardInterrupt):
             loop.run_forever()
 
@@ -48,7 +48,7 @@ def wait_for(coroutine: Coroutine[Any, Any, T]) -> T:
 
 
 def awaited(value: Any) -> Any:
-    """The value, or the result of waiting for it if it is what an `async` function gives."""
+    """The value, or its result if it is a coroutine."""
     return wait_for(_result(value)) if inspect.isawaitable(value) else value
 
 

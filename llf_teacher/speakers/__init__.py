@@ -1,1 +1,1 @@
-"""Teachers of a study that are more than a personality: the user's own policies, models, personalities with a voice."""
+"""Teachers of a study beside personalities: users' own policies, models, personalities with a voice."""

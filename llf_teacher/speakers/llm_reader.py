@@ -1,4 +1,4 @@
-"""llm_reader: a language model that reads what a teacher says into claims."""
+"""llm_reader: a language model that turns a teacher's sentences into claims."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -22,9 +22,9 @@ _SYSTEM = (
 
 @dataclass(frozen=True)
 class LLMReader(AsksModel):
-    """Asks a model for the claim of a sentence; it gets the sentence and what can be said, and nothing else.
+    """Asks a model for the claim of a sentence; the model gets only the sentence and the possible claims.
 
-    See `ModelSettings` for the parameters. An equal sentence is asked once, and then comes from the cache.
+    See `ModelSettings` for the parameters. It asks once per sentence; repetitions come from the cache.
     """
 
     package = "llf_teacher.speakers"
@@ -34,7 +34,7 @@ class LLMReader(AsksModel):
     temperature: float | None = 0.0
     max_tokens: int | None = 300
     answer: str = "json"
-    """How the claim is asked for: `json`, by a JSON Schema in the request, or `text`, by the prompt alone."""
+    """The form of the request: `json`, with a JSON Schema, or `text`, only by the prompt."""
     input_price: float | None = None
     output_price: float | None = None
     cached_price: float | None = None
@@ -47,7 +47,7 @@ class LLMReader(AsksModel):
         super().__post_init__()
 
     def __call__(self, sentence: str, vocabulary: Vocabulary) -> Any:
-        """The JSON value of the model's answer; None if it has none.
+        """The JSON value of the model's answer; None without one.
 
         Raises:
             LLMError: the model gave no answer.

@@ -16,10 +16,10 @@ from teachers.schema import LONGEST_TEXT, Message, Vocabulary
 from teachers.spec import check_range, unknown
 
 KNOWS = ("claims", "nothing")
-"""What the model is given of the truth: the oracle's claims of this turn, or nothing."""
+"""The model's knowledge of the truth: the oracle's claims of this turn, or nothing."""
 ANSWERS = ("json", "text")
 SAYS = ("words", "claims")
-"""What the model answers with: the words for the student, or claims, which are checked."""
+"""The form of the model's answers: words for the student, or claims, which are checked."""
 _BEGIN = (
     "You are a teacher, and teach by what you say. A student acts in a world. After each action you are told what it "
     "did and what it sees; then say in one or two sentences what helps it to do better next. You cannot act yourself. "
@@ -54,10 +54,10 @@ class ModelPolicy:
         self.withheld: tuple[Claim, ...] = ()
         """The false claims of its last answer, if they are withheld."""
         self.usage: Usage | None = None
-        """What its last answer cost; None if it was not asked in this turn."""
+        """The cost of its last answer; None if the model was not asked in this turn."""
 
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> str | Message:
-        """The model's words or claims; in the first turn the instruction, after a text that is no action what is."""
+        """The model's words or claims; in the first turn the instruction, after a text without an action the notice."""
         moment, suggestion, spec, vocabulary = info["moment"], info["suggestion"], self._spec, info["vocabulary"]
         self.withheld, self.usage = (), None
         if not moment.turn:
@@ -120,15 +120,17 @@ class LLMTeacher(AsksModel, Speaker):
     max_tokens: int | None = 300
     seed: bool = True
     history: int = 20
-    """Number of past turns in a request, 0 to 1000."""
+    """Number of past turns in a request, 0 to 1,000."""
     knows: str = "claims"
     """One of `KNOWS`."""
     says: str = "words"
-    """One of `SAYS`. With claims, sentences of an answer's text that no claim of it has in the voice are unchecked."""
+    """One of `SAYS`. With claims, sentences of an answer's text that the voice would not make of its claims are
+    unchecked.
+    """
     answer: str = "json"
-    """How claims are asked for: `json`, by a JSON Schema in the request, or `text`, by the prompt alone."""
+    """The form of a request for claims: `json`, with a JSON Schema, or `text`, only by the prompt."""
     filter: bool = False
-    """Whether only what is checked is said, with `says="claims"`: true claims, which the voice words."""
+    """Whether it says only checked claims, with `says="claims"`: true claims in the words of the voice."""
     input_price: float | None = None
     output_price: float | None = None
     cached_price: float | None = None

@@ -26,7 +26,7 @@ def make_speaker(call: SpecCall, *, last: bool) -> Speaker | Wording | None:
 
     Args:
         call: the part.
-        last: whether it stands behind other parts, where only a wording may stand.
+        last: whether it follows other parts; then it must be a wording.
 
     Raises:
         ValueError: a parameter is unknown or not allowed, a module cannot be imported, or the place is wrong.
@@ -46,7 +46,7 @@ def make_speaker(call: SpecCall, *, last: bool) -> Speaker | Wording | None:
 
 
 def _custom(call: SpecCall, last: bool) -> Speaker | Wording | None:
-    """The user's own policy, or voice if it is the last part; None for a personality."""
+    """The user's own policy, or own voice in the last part; None for a personality."""
     module, found = call.imported("teacher")
     if not callable(found) or (isinstance(found, type) and issubclass(found, Spec)):
         return None
@@ -59,19 +59,19 @@ def _custom(call: SpecCall, last: bool) -> Speaker | Wording | None:
 
 
 def needed_of(teacher: Personality | Speaker) -> Personality | str:
-    """The personality whose needs an oracle has to serve."""
+    """The personality that decides what an oracle must offer."""
     return teacher if isinstance(teacher, Personality) else getattr(teacher, "personality", "oracle")
 
 
 def speaks_freely(teacher: Any) -> bool:
-    """Whether a teacher may speak in words of its own: a person, a model, a policy, or with a voice that rewrites."""
+    """Whether a teacher may speak in its own words: a person, a model, a policy, or a rewriting voice."""
     return bool(getattr(teacher, "own_words", False))
 
 
 def parse_reader(reader: Any) -> Any:
-    """What reads sentences that are no phrases, as `pz_envs.text.claims.Model` has it; None for `none` and `exact`.
+    """The reader of sentences that are not phrases, a `pz_envs.text.claims.Model`; None for `none` and `exact`.
 
-    It is `llm_reader(...)`, or a function of the user's own, as in `module:function`.
+    It is `llm_reader(...)`, or a user's own function, as in `module:function`.
 
     Raises:
         ValueError: there is no such reader.
@@ -94,6 +94,6 @@ def parse_reader(reader: Any) -> Any:
 
 
 def reader_spec(reader: Any) -> str:
-    """The spec of a reader in canonical form; errors as of `parse_reader`."""
+    """The spec of a reader in canonical form; errors as in `parse_reader`."""
     found = parse_reader(reader)
     return f"{found}" if isinstance(found, Spec) else f"{reader}"

@@ -17,9 +17,9 @@ _SYSTEM = (
 class Rewriter(AsksModel, Wording):
     """A voice for `llf_teacher.make(..., voice=Rewriter("a patient coach"))`; see `ModelSettings` for its model.
 
-    A study names it behind a personality, as in `oracle | rewriter(tone='a patient coach')`. It asks for each sentence
-    once; then the sentence comes from the cache. Changes of numbers and names are in the info as `changes`, with
-    `privileged_info=True`, and in `Teacher.changes`; studies count them.
+    A study names it behind a personality, as in `oracle | rewriter(tone='a patient coach')`. It asks once per sentence;
+    repetitions come from the cache. Changes of numbers and names are in `Teacher.changes` and, with
+    `privileged_info=True`, in the info as `changes`; studies count them.
     """
 
     tone: str = "a friendly teacher"

@@ -1,6 +1,7 @@
 """Teachers of a study beside personalities: frozen values that spec strings name.
 
-The words of policies and models have no claims; studies count them as `unchecked`, and what was read of them.
+The words of policies and models have no claims; studies count them as `unchecked`, and count the claims that a reader
+finds in them.
 """
 
 from abc import ABC, abstractmethod
@@ -21,16 +22,16 @@ class Speaker(Spec, ABC):
 
     package: ClassVar[str] = "llf_teacher.speakers"
     mute: ClassVar[bool] = False
-    """Whether it says nothing but the instruction."""
+    """Whether it says only the instruction."""
     own_words: ClassVar[bool] = True
-    """Whether it may speak in words of its own, which have to be read."""
+    """Whether it may speak in its own words, which need a reader."""
 
     @abstractmethod
     def arguments(self) -> dict[str, Any]:
         """The arguments of `llf_teacher.make` for one episode."""
 
     def check(self, environment: Mapping[str, str]) -> None:
-        """Check, before a study begins, that it can speak here; errors as of `Student.check`."""
+        """Check, before a study begins, that it can speak here; errors as in `Student.check`."""
 
     def facts(self) -> dict[str, Any]:
         """Entries for a study's manifest, as JSON values."""
@@ -42,11 +43,11 @@ class Wording(Spec, ABC):
 
     package: ClassVar[str] = "llf_teacher.speakers"
     own_words: ClassVar[bool] = True
-    """As of a `Speaker`."""
+    """Whether the wording has its own words, which need a reader."""
 
     @abstractmethod
     def voice(self) -> Voice:
-        """A voice, as `llf_teacher.make` takes it."""
+        """A voice for `llf_teacher.make`."""
 
     def check(self, environment: Mapping[str, str]) -> None:
         """See `Speaker.check`."""
@@ -66,7 +67,7 @@ class Voiced(Speaker):
 
     @property
     def own_words(self) -> bool:  # type: ignore[override]  # depends on the wording
-        """Whether the wording has words of its own."""
+        """Whether the wording has its own words."""
         return self.wording.own_words
 
     def __str__(self) -> str:
@@ -83,12 +84,12 @@ class Voiced(Speaker):
 
 @dataclass(frozen=True)
 class _Imported:
-    """An object of the user's own module, as a spec names it."""
+    """An object of a user's own module, named by a spec."""
 
     module: str
     factory: str
     options: tuple[tuple[str, Any], ...] = ()
-    """Keyword arguments, in the order in which they were given."""
+    """Keyword arguments, in the given order."""
 
     def __str__(self) -> str:
         return call_string(f"{self.module}:{self.factory}", dict(self.options))

@@ -1,4 +1,4 @@
-"""voice(tone): says what a personality says in one of the built-in tones: `curt`, `socratic`, `warm`."""
+"""voice(tone): words a personality's claims in one of the built-in tones: `curt`, `socratic`, `warm`."""
 
 from dataclasses import dataclass
 
@@ -20,5 +20,5 @@ class Toned(Wording):
             raise ValueError(unknown("voice", self.tone, voice_names()))
 
     def voice(self) -> str:
-        """Its name."""
+        """The name of the voice."""
         return self.tone

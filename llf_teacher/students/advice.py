@@ -15,17 +15,17 @@ class Believer(Student):
     """Base of students that believe what the teacher says."""
 
     forget: bool = True
-    """Whether each episode starts without memory, as it should if each has another world."""
+    """Whether each episode starts without memory; use it if each has another world."""
 
 
 B_co = TypeVar("B_co", bound=Believer, covariant=True)
 
 
 class AdviceTaker(Policy[B_co]):
-    """Remembers per state which actions were called right or wrong, and acts on it.
+    """Remembers for each state which actions were called right or wrong.
 
-    It takes the action that was last called right in this state; if there is none it follows the plan, if any;
-    otherwise it tries a random action that was not called wrong. The latest claim about an action counts.
+    It takes the action that was last called right in the state. Without one it follows the plan; without a plan it
+    tries a random action that was not called wrong. The latest claim about an action counts.
     """
 
     _started = False
@@ -41,12 +41,12 @@ class AdviceTaker(Policy[B_co]):
         self._endless = False
 
     def recall(self, right: dict[Any, dict[Any, Any]], turn: int, last: Any) -> None:
-        """Take over, at the begin of an episode, what was learned elsewhere, and a history.
+        """Take over memory and history from elsewhere at the beginning of an episode.
 
         Args:
-            right: per state the actions that are held for right, with the latest at the end.
+            right: for each state the actions believed to be right, the latest last.
             turn: number of turns of the episode so far.
-            last: the state before the last of them.
+            last: the state before the last turn.
         """
         self._right, self._wrong = right, {}
         self._states = [last] * turn
@@ -57,7 +57,7 @@ class AdviceTaker(Policy[B_co]):
         return len(self._states) - 1
 
     def hear(self, kind: FeedbackType | None, actions: Sequence[Any], turn: int, endless: bool = False) -> None:
-        """Learn from a claim about actions: the first of them if it is feedback, else a plan for all turns."""
+        """Learn from a claim about actions: feedback is about the first one, an instruction is a plan for all turns."""
         if kind is None:
             self.follow(actions, endless)
         else:
@@ -66,7 +66,7 @@ class AdviceTaker(Policy[B_co]):
     def learn(self, kind: FeedbackType, action: Any, turn: int) -> None:
         """Learn from a claim about an action: advice is about the state after `turn`, hindsight about the one before.
 
-        Hindsight at the opening is about another student's turns, in states that this student has not seen.
+        Hindsight at the opening is about another student's turns, in unknown states.
         """
         before = turn - 1 if kind in (HP, HN) else turn
         if 0 <= before < len(self._states):
@@ -74,7 +74,7 @@ class AdviceTaker(Policy[B_co]):
             verdicts, others = (self._right, self._wrong) if kind in (HP, FP) else (self._wrong, self._right)
             others.get(state, {}).pop(key, None)
             mine = verdicts.setdefault(state, {})
-            mine.pop(key, None)  # so that it becomes the latest
+            mine.pop(key, None)  # reinserted as the latest
             mine[key] = action
 
     def follow(self, actions: Sequence[Any], endless: bool = False) -> None:

@@ -1,4 +1,4 @@
-"""The user's own agents in the student's seat, by specs such as `my_package.my_module:MyAgent(size=3)`.
+"""Users' own agents in the student's seat, by specs such as `my_package.my_module:MyAgent(size=3)`.
 
 The spec names a factory: a class or a function that takes the keyword arguments and returns an agent. Each episode
 calls it again, in the process that plays the episode. The agent's methods show which of four protocols it has:
@@ -8,9 +8,9 @@ calls it again, in the process that plays the episode. The agent's methods show 
     policy      reset(rng)                 act(observation, info)       two arguments, the second named `info`
     numbers     reset(), or none           act(numbers)                 one argument: the array of `numbers=True`
 
-Arguments with a default do not count. Agents of the first two read and write text, the others read and write the
-world's own observations and actions, or the numbers that `StudentEnv(numbers=True)` has for them; an attribute `text`
-of the agent overrides this. An illegal action costs a turn.
+Arguments with a default do not count. Agents of the first two protocols read and write text. Policies read and write
+the world's own observations and actions, numeric agents read the array of `StudentEnv(numbers=True)`. An attribute
+`text` of the agent overrides this. An illegal action costs a turn.
 """
 
 import importlib
@@ -42,7 +42,7 @@ _LATER = {
 
 
 class _Policy(Policy["Agent"]):
-    """Calls the agent as its protocol says."""
+    """Calls the agent by its protocol."""
 
     def begin(self) -> None:
         """Reset the agent; an agent of LLF-Bench is reset in the first turn, with the instruction."""
@@ -72,15 +72,15 @@ class _Policy(Policy["Agent"]):
             action = agent.act({"observation": state, "instruction": given, "feedback": feedback})
         else:
             action = agent.act(observation | {"instruction": instruction, "feedback": feedback}, info)
-        if issubclass(type(action), Awaitable | Generator):  # `isinstance` would ask the object itself
+        if issubclass(type(action), Awaitable | Generator):  # not `isinstance`, which an object can override
             raise TypeError(f"student {self.spec}: act must return an action, got a {type(action).__name__}")
         return as_answer(action, self.world) if self.spec.text else self._native(action)
 
     def _array(self, state: Any, instruction: str, feedback: str, info: dict[str, Any]) -> Any:
-        """What `StudentEnv(numbers=True)` observes in this turn."""
+        """The observation of `StudentEnv(numbers=True)` in this turn."""
         if "atoms" not in info:
             raise ValueError(f"student {self.spec}: act(numbers) needs atoms; set `reads = 'atoms'` on the factory")
-        if self._numbers is None:  # in the first turn all are left
+        if self._numbers is None:  # in the first turn all turns are left
             self._most = info["turns_left"]
             self._numbers = Numbers(self.world, self._most, getattr(self.spec.agent, "embed", None))
         turn = self._most - info["turns_left"]
@@ -93,7 +93,7 @@ class _Policy(Policy["Agent"]):
             self.world.legal(action)
         except KeyboardInterrupt:
             raise
-        except BaseException:  # the user's own values may raise anything
+        except BaseException:  # a user's own values may raise anything
             return failure(as_text(action), self.world)
         return action
 
@@ -103,7 +103,7 @@ class _Policy(Policy["Agent"]):
             did(action)
 
     def record(self) -> ModelReply:
-        """What the agent's `record()` returns, if it has this method."""
+        """The result of the agent's `record()`, if it has this method."""
         if not callable(record := getattr(self.spec.agent, "record", None)):
             return {}
         reply: ModelReply = record()
@@ -123,7 +123,7 @@ class Agent(Student):
     factory: str
     """Name of the factory within it."""
     options: tuple[tuple[str, Any], ...] = ()
-    """Keyword arguments of the factory, in the order in which they were given."""
+    """Keyword arguments of the factory, in the given order."""
 
     policy = _Policy
 
@@ -143,7 +143,7 @@ class Agent(Student):
 
     @property
     def remembers(self) -> bool:
-        """True: within a lifetime the agent is the same object."""
+        """True: within a lifetime the agent stays the same object."""
         return True
 
     def check(self, environment: Mapping[str, str]) -> None:
@@ -172,7 +172,7 @@ class Agent(Student):
 
 
 def make_agent(call: SpecCall) -> Agent:
-    """The agent that a call with a module as its prefix names. This imports the module; it does not call the factory.
+    """The agent for a call with a module prefix; imports the module, does not call the factory.
 
     Raises:
         ValueError: there is no such module or factory, or it does not take the arguments.
@@ -217,10 +217,10 @@ def protocol_of(agent: Any, name: str) -> str:
 
 
 def _check_calls(agent: Any, name: str) -> None:
-    """Check that the methods of an agent, or of its class, return their results when they are called.
+    """Check that the methods of an agent, or of its class, are ordinary functions, not `async` or generators.
 
     Raises:
-        ValueError: one of them does not.
+        ValueError: a method is not.
     """
     for method in ("reset", "act"):
         function: Any = inspect.unwrap(getattr(agent, method, None))  # type: ignore[arg-type]
@@ -233,25 +233,25 @@ def _check_calls(agent: Any, name: str) -> None:
 
 
 def as_answer(action: Any, world: World[Any]) -> str | ParseFailure:
-    """An action as text mode takes it: a text stays, an array is a list of JSON; a failure if it is no JSON."""
+    """An action as text: a text stays, an array becomes a JSON list; a failure if the action has no JSON form."""
     text = _json(action)
     return failure(as_text(action), world) if text is None else text
 
 
 def as_text(action: Any) -> str:
-    """An action as text: a text stays, anything else becomes JSON, or words that say its type."""
+    """An action as text: a text stays, anything else becomes JSON, or a phrase with its type."""
     text = _json(action)
     return f"something of type {type(action).__name__} that is no JSON" if text is None else text
 
 
 def _json(action: Any) -> str | None:
-    """A text, or the JSON of a value; None if it has none."""
+    """A text, or the JSON of a value; None if the value has no JSON form."""
     try:
         text = action if isinstance(action, str) else json.dumps(action, default=lambda value: value.tolist())
-        return text.encode("utf-8", "replace").decode()  # half a character cannot be stored
+        return text.encode("utf-8", "replace").decode()  # a lone surrogate cannot be stored
     except KeyboardInterrupt:
         raise
-    except BaseException:  # bytes, a cycle, a key that is no string, too deep, or what a user's own value raises
+    except BaseException:  # bytes, cycles, keys that are not strings, deep nesting, errors of a user's own value
         return None
 
 

@@ -96,7 +96,7 @@ def chat_student(
     module = getattr(function, "__module__", "")
     importable = _MODULE.fullmatch(module) and module not in ("__main__", "__mp_main__")
     if not importable or getattr(sys.modules.get(module), name, None) is not function:
-        name = re.sub(r"\W", "_", name)  # from a notebook or an inner scope: no other process can import it
+        name = re.sub(r"\W", "_", name)  # defined in a notebook or an inner scope: other processes cannot import it
         module, _local[name] = "", function
     _check(function, f"{CHAT}:{name}")
     return ChatStudent(module, name, history, max_prompt_tokens)

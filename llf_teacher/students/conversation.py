@@ -1,4 +1,4 @@
-"""A conversation with a chat model: the instruction, as many past turns as fit, and the current question."""
+"""A conversation with a chat model: the instruction, the past turns that fit, and the current question."""
 
 import hashlib
 import json
@@ -30,10 +30,10 @@ _REVIEW = (
 )
 _NOTES = "\n\nYour notes of earlier episodes:\n{notes}"
 _LONGEST = 20_000  # characters of an answer that are sent back
-_LETTERS = 10  # of a word of the notes, at most on average
+_LETTERS = 10  # greatest mean length of a word of the notes
 Message = dict[str, Any]
-_TOKENS_PER_BYTE = 1 / 3  # until an endpoint gives a count
-_SPAN = (1 / 16, 1.0)  # of plausible tokens per byte
+_TOKENS_PER_BYTE = 1 / 3  # tokens per byte, until an endpoint gives a count
+_SPAN = (1 / 16, 1.0)  # range of plausible tokens per byte
 
 
 class Question(NamedTuple):
@@ -44,7 +44,7 @@ class Question(NamedTuple):
     """Its data URL; empty if there is none."""
 
     def then(self, later: "Question", shown: bool) -> "Question":
-        """One question with a later one behind it, and the later image if that is shown."""
+        """A question with a later question appended, and the later image if it is shown."""
         text = "\n\n".join(filter(None, (self.text, later.text)))
         return Question(text, (later.image if shown else "") or self.image)
 
@@ -56,15 +56,15 @@ class Exchange(NamedTuple):
     answered: str
     """The answer without thoughts; may be empty."""
     call: str = ""
-    """Id of the tool call; empty if the answer is not one."""
+    """Id of the tool call; empty if the answer is not a tool call."""
 
 
 class Conversation:
     """The messages to a chat model, turn by turn.
 
     `ask` returns the messages to send; `answer` takes the model's answer and returns the action for the environment.
-    Thoughts between marks such as `<think>` are not sent back, nor are empty answers, nor what an answer goes on to
-    say for others. If an observation has an `image`, the question is a list of parts: the text and the image as a PNG
+    It does not send back thoughts between marks such as `<think>`, empty answers, or turns of others that the model
+    invented. If an observation has an `image`, the question is a list of parts: the text and the image as a PNG
     in a data URL.
 
     Args:
@@ -117,21 +117,21 @@ class Conversation:
         self.thought = ""
         """The thoughts of the last answer, if they were marked."""
         self.said = ""
-        """The last answer without thoughts, up to where it goes on to speak for others."""
+        """The last answer without thoughts, up to the point where it begins to speak for others."""
         self.invented = ""
         """The rest of the last answer, which is not sent back."""
         self.notes = ""
-        """What it wrote down of earlier episodes."""
+        """The model's notes about earlier episodes."""
         self._turns: list[Exchange] = []
-        self._start = 0  # the first turn that is sent
+        self._start = 0  # the first sent turn
         self._asked = Question("")
         self._number = 0  # the turn within the episode
-        self._words = ""  # the last feedback of the episode before
+        self._words = ""  # the last feedback of the previous episode
         self._new = False
         self._per_byte, self._bytes = _TOKENS_PER_BYTE, 1
 
     def next_episode(self, feedback: str = "") -> None:
-        """Begin another episode of the same student, which remembers this one.
+        """Begin another episode of the same student, which remembers the past ones.
 
         Args:
             feedback: the teacher's feedback to the last action.
@@ -139,12 +139,12 @@ class Conversation:
         self._number, self._words, self._new = 0, feedback, True
 
     def review(self, most: int) -> list[Message]:
-        """The messages that ask for notes of at most so many words, between two episodes."""
+        """The messages that request notes of at most `words` words, between two episodes."""
         self._asked = Question(_REVIEW.format(words=self._words or "-", most=most))
         return self._cut()
 
     def note(self, text: str, most: int) -> None:
-        """Go on with notes of at most so many words in place of the turns so far."""
+        """Replace the turns so far by notes of at most `words` words."""
         self.notes, self._turns, self._start, self._words = text.strip()[: most * _LETTERS], [], 0, ""
 
     def ask(self, observation: dict[str, Any], turns_left: int | None = None) -> list[Message]:
@@ -191,7 +191,7 @@ class Conversation:
         return action
 
     def did(self, action: str) -> None:
-        """Take this action, in place of the last answer, for what was done."""
+        """Record this action as taken, in place of the last answer."""
         self._turns[-1] = self._turns[-1]._replace(answered=answer_of(self.form, action))
 
     def _begin(self, instruction: str) -> None:
@@ -217,7 +217,7 @@ class Conversation:
         messages: list[Message] = [{"role": "system", "content": rendered + noted}]
         asked = Question("")  # a question without an answer is sent together with the next
         result = ""  # the tool call whose result the next question is
-        shown = len(self._turns) + 1 - self.images  # the first turn whose image is sent
+        shown = len(self._turns) + 1 - self.images  # the first turn with a sent image
         sent = [*self._examples, *self._turns[self._start :]]
         for number, turn in enumerate(sent, self._start - len(self._examples)):
             asked = asked.then(turn.asked, number >= shown)
@@ -285,7 +285,7 @@ def _examples(texts: dict[str, str]) -> list[tuple[str, str]]:
     """Questions and answers of the examples.
 
     Raises:
-        ValueError: a line has none.
+        ValueError: a line lacks a question or an answer.
     """
     found = []
     for number, line in enumerate(texts.get(EXAMPLES, "").splitlines(), 1):

@@ -14,14 +14,14 @@ from teachers.spec import Share
 class Learner(Student):
     """Base of students that learn from rewards.
 
-    A learner with trust takes the advised action of the turn in place of its own choice, and no action that a warning
-    names if there is another; it learns from the action's outcome as from any other (Torrey & Taylor 2013).
+    A learner with trust takes the turn's advised action instead of its own choice, and avoids the actions of warnings
+    if it can; it learns from the outcome as from that of its own actions (Torrey & Taylor 2013).
     """
 
     trust: Share = 0.0
     """Probability of following the advice for a turn, 0 to 1; 0: it reads rewards only."""
     forget: bool = True
-    """Whether each episode starts without memory, as it should if each has another world."""
+    """Whether each episode starts without memory; use it if each has another world."""
 
     @property
     def reads(self) -> str:
@@ -57,7 +57,7 @@ class LearnerPolicy(Policy[L_co]):
         self._turn, self._meant, self._acted = turn, meant, acted
 
     def intend(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
-        """The action that it takes without advice; the same each time within a turn."""
+        """Its action without advice; repeated calls in a turn give the same action."""
         if self._meant is None:
             self.see(observation)
             if self._acted:
@@ -76,7 +76,7 @@ class LearnerPolicy(Policy[L_co]):
         return action
 
     def did(self, action: Any) -> None:
-        """Note the action in place of the last one."""
+        """Note the action, which replaces the last one."""
         self.take(action)
 
     def finish(self, observation: dict[str, Any], info: dict[str, Any], terminated: bool) -> None:
@@ -103,7 +103,7 @@ class LearnerPolicy(Policy[L_co]):
         """Forget everything."""
 
     def see(self, observation: dict[str, Any]) -> None:
-        """Take in the state; learners about actions alone need not."""
+        """Take in the state; learners that ignore states need not."""
 
     @abstractmethod
     def learn(self, reward: float, over: bool) -> None:
@@ -116,8 +116,8 @@ class LearnerPolicy(Policy[L_co]):
 
     @abstractmethod
     def choose(self, wrong: Collection[Any] = ()) -> Any:
-        """Its own choice of an action, other than the wrong ones if possible."""
+        """Its own choice of an action, if possible not a wrong one."""
 
     @abstractmethod
     def take(self, action: Any) -> None:
-        """Note the action that it takes, its own or an advised one; a second one in a turn replaces the first."""
+        """Note its action, chosen or advised; a second call in a turn replaces the first."""

@@ -1,4 +1,4 @@
-"""Base of policies that hear claims, and claims that they read in the words of people and models."""
+"""Base of policies that hear claims, also claims that they read in the words of people and models."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -27,7 +27,7 @@ class ListeningPolicy(Policy[S_co]):
             self._reader.did(None, 0)
 
     def heard(self, observation: dict[str, Any], info: dict[str, Any], turn: int) -> Sequence[Atom]:
-        """The atoms of a turn, and behind them what is read in its other words, which is taken as said."""
+        """The atoms of a turn, followed by the claims that are read in its other words."""
         atoms: Sequence[Atom] = info["atoms"]
         if self._reader is None:
             return atoms
@@ -36,6 +36,6 @@ class ListeningPolicy(Policy[S_co]):
         return (*atoms, *(Atom(each.claim, each.text, each.about_turn) for each in said if each.claim is not None))
 
     def did(self, action: Any) -> None:
-        """Note the action that is taken now, of which verdicts may speak."""
+        """Note the present action, since verdicts may be about it."""
         if self._reader is not None:
             self._reader.did(self.world.legal(action), self._turn + 1)

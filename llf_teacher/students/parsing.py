@@ -1,4 +1,4 @@
-"""Students and their traits by their spec strings, and students by what there is to learn."""
+"""Students and traits by their spec strings, and students by what can be learned."""
 
 from dataclasses import asdict
 
@@ -22,11 +22,11 @@ def parse_student(spec: str | Student) -> Student:
     """The student that a spec string describes.
 
     `package.module:factory` is an agent of the user's own, `chat:package.module:function` a function that answers
-    prompts; these import the module. Traits stand behind it, as in `obedient | stubborn(p=0.3) | mishears`; those of
-    the user's own are `package.module:Class`.
+    prompts; these import the module. Traits follow, as in `obedient | stubborn(p=0.3) | mishears`; users' own traits
+    are `package.module:Class`.
 
     Raises:
-        ValueError: bad syntax, an unknown name, module or parameter, or a trait that changes nothing of this student.
+        ValueError: bad syntax, an unknown name, module or parameter, or a trait without an effect on this student.
     """
     if isinstance(spec, Student):
         return spec

@@ -1,4 +1,4 @@
-"""What a trait knows of an episode: a scene, and many scenes in arrays."""
+"""Scenes: a trait's knowledge of an episode, also of many episodes in arrays."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -19,13 +19,13 @@ _TRIES = 30
 
 @claim
 class BareSentence(Claim[Any]):
-    """A sentence that carries no claim, such as a person's or a model's; only traits see it."""
+    """A sentence without a claim, such as a person's or a model's; only traits see it."""
 
     text: str
 
 
 class Scene:
-    """What a trait knows in an episode.
+    """A trait's knowledge of an episode.
 
     Args:
         rng: its own random stream.
@@ -36,7 +36,7 @@ class Scene:
     def __init__(self, rng: np.random.Generator, world: World[Any], text: bool) -> None:
         self.rng, self.world, self._text = rng, world, text
         self.memory: dict[str, Any] = {}
-        """What the trait keeps; empty when an episode begins."""
+        """The trait's memory; empty when an episode begins."""
         self.turn = 0
         """The number of turns so far."""
         self.last: Any = None
@@ -49,13 +49,13 @@ class Scene:
         return bool(self.rng.random() < p)
 
     def whole(self, number: float) -> int:
-        """The number rounded up or down at random, so that its mean stays: 1.25 is 2 with probability 0.25, else 1."""
+        """The number rounded up or down at random without bias: 1.25 is 2 with probability 0.25, else 1."""
         return int(number) + self.happens(number % 1)
 
     def another(self, action: Any) -> Any:
-        """A random legal action in canonical form that is not this one; None if none is found.
+        """A random other legal action in canonical form; None if none is found.
 
-        It is one that has an effect now, if the world lists these and there are others.
+        If the world lists the actions with an effect, it is one of these, if there are others.
         """
         for left in reversed(range(_TRIES)):
             listed = self.listed if left > _TRIES // 2 else ()
@@ -65,7 +65,7 @@ class Scene:
         return None
 
     def meant(self, action: Any) -> Any:
-        """An action of the student in canonical form; None if it is no action."""
+        """An action of the student in canonical form; None if it is not an action."""
         try:
             return read_text(action, self.world) if self._text else self.world.legal(action)
         except ValueError:
@@ -77,18 +77,18 @@ class Scene:
 
 
 class HeardBatch(NamedTuple):
-    """What students hear in arrays, a row each."""
+    """The claims that students hear, in arrays with a row per student."""
 
     kinds: Ints
     """The kinds of the claims, shape (rows,): bit i for kind i."""
     advised: Ints
-    """The advised actions, shape (rows,); undefined where there is no advice."""
+    """The advised actions, shape (rows,); undefined without advice."""
     warned: Ints
     """The actions of warnings, likewise."""
 
 
 class SceneBatch:
-    """What a trait knows in arrays: a `Scene` in each row.
+    """A trait's knowledge in arrays: a `Scene` in each row.
 
     Args:
         streams: its own random streams, one for each row.
@@ -100,7 +100,7 @@ class SceneBatch:
     def __init__(self, streams: Streams, turns: Ints, last: Ints, actions: int) -> None:
         self.streams, self._turns, self._last, self._actions = streams, turns, last, actions
         self.rows: Ints
-        """The rows that are asked about, shape (n,)."""
+        """The rows of this scene, shape (n,)."""
 
     @property
     def turn(self) -> Ints:
@@ -113,13 +113,13 @@ class SceneBatch:
         return self._last[self.rows]
 
     def happens(self, p: float, where: Bools) -> Bools:
-        """True with probability `p` in the rows in which `where`, shape (n,); the others draw nothing."""
+        """True with probability `p` in the rows where `where` holds, shape (n,); the others draw nothing."""
         found = where.copy()
         found[where] = self.streams.random(self.rows[where]) < p
         return found
 
     def another(self, actions: Ints, where: Bools) -> Ints:
-        """Random other actions in the rows in which `where`, shape (n,); -1 where none is found."""
+        """Random other actions in the rows where `where` holds, shape (n,); -1 if none is found."""
         found, left = np.full(len(actions), -1), np.flatnonzero(where)
         for _ in range(_TRIES):
             drawn = self.streams.integers(self._actions, self.rows[left])
@@ -130,5 +130,5 @@ class SceneBatch:
 
 
 def changed(claim: C, **fields: Any) -> C:
-    """A claim with other values in some fields; one with a ground keeps none."""
+    """A claim with other values in some fields, and without its ground."""
     return dataclasses.replace(claim, **fields)  # type: ignore[type-var]  # claims are dataclasses

@@ -28,9 +28,9 @@ class ModelReply(TypedDict, total=False):
     answer: str
     """The answer, without thoughts."""
     invented: str
-    """What the model went on to say for others, which was cut from the answer."""
+    """The turns of others that the model invented, cut from the answer."""
     thought: str
-    """The thoughts before it, if they were marked or in a field of their own."""
+    """The thoughts before it, if they were marked or in a separate field."""
     finish: str
     """Why the answer ended: `length` if it is incomplete."""
     input_tokens: int
@@ -49,7 +49,7 @@ class Policy(ABC, Generic[S_co]):
     Args:
         spec: the student, for its parameters.
         family: the family of the environment.
-        world: a scratch world of the environment's class and options, for its rules; it has no episode.
+        world: a scratch world with the environment's class and options, for its rules; it has no episode.
     """
 
     def __init__(self, spec: S_co, family: Subject, world: World[Any]) -> None:
@@ -92,25 +92,22 @@ class Policy(ABC, Generic[S_co]):
         """Set up the memory of an episode."""
 
     def finish(self, observation: dict[str, Any], info: dict[str, Any], terminated: bool) -> None:
-        """Learn from the end of an episode, before the next one; arguments as of `act`.
+        """Learn from the end of an episode; arguments as in `act`.
 
-        It is called if a student has more than one episode.
+        It is called before the next episode, if a student has several.
         """
 
     def did(self, action: Any) -> None:
-        """Note that this action is taken in place of the last one that `act` gave; a trait may do so.
+        """Note that a trait has replaced the last action of `act` by this one.
 
-        Policies that keep their own actions override it.
+        Policies that remember their actions override it.
         """
 
     def succeed(self, past: "Policy[Any]") -> None:
-        """Take over from a policy of the same student, which has forgotten what it could, what cannot be forgotten.
-
-        By default nothing.
-        """
+        """Take over what the same student's old policy could not forget; by default nothing."""
 
     def record(self) -> ModelReply:
-        """The answer and the cost of the last action, of a student that asks a model; empty of other students."""
+        """The answer and the cost of the last action, for students that ask a model; empty for others."""
         return {}
 
     @abstractmethod
@@ -119,7 +116,7 @@ class Policy(ABC, Generic[S_co]):
 
         Args:
             observation: of the student's seat: `state` (or `observation`), `instruction`, `feedback`.
-            info: that of `SeatsEnv.info_for`.
+            info: the info from `SeatsEnv.info_for`.
         """
 
 
@@ -128,11 +125,11 @@ class Student(Spec, ABC):
 
     package: ClassVar[str] = builtin.__name__
     policy: ClassVar[type[Policy[Any]]]
-    """Its policy in a seat."""
+    """The class of its policy."""
     suits: ClassVar[type[Learning] | None] = None
-    """The class of learning from rewards alone that it does, whose fields are parameters of the student."""
+    """The kind of learning from rewards that suits it; the fields of this class are parameters of the student."""
     searches: ClassVar[bool] = False
-    """Whether its method needs the reward of each action that it proposes, so that no trait may change its actions."""
+    """Whether its method needs the reward of each proposed action, so that no trait may change its actions."""
     batch: ClassVar[str] = ""
     """Its policy in arrays: a class of the module of its name in `llf_teacher.students.batches`; empty: none."""
 
@@ -141,11 +138,11 @@ class Student(Spec, ABC):
     @property
     @abstractmethod
     def reads(self) -> str:
-        """The information that it learns from, one of `READS`; reports show it."""
+        """The information that it uses, one of `READS`; reports show it."""
 
     @property
     def draws_worlds(self) -> bool:
-        """Whether it draws worlds that it cannot distinguish from its own; it can in families with a posterior only."""
+        """Whether it draws worlds that it cannot distinguish from its own, which needs a family with a posterior."""
         return False
 
     @property
@@ -155,7 +152,7 @@ class Student(Spec, ABC):
 
     @property
     def remembers(self) -> bool:
-        """Whether its policy can use in an episode what it learned in earlier ones; by default if `forget` is False."""
+        """Whether its policy can use what it learned in earlier episodes; by default if `forget` is False."""
         return not getattr(self, "forget", True)
 
     def seat(self, family: Subject, world: World[Any]) -> Policy[Any]:

@@ -35,7 +35,7 @@ class TalkingPolicy(Policy[S_co]):
         return self.reply(self.talk.ask(seen, info.get("turns_left")))
 
     def did(self, action: Any) -> None:
-        """Have the conversation say this action, which was taken in place of the answered one."""
+        """Record in the conversation that this action replaced the answered one."""
         self.talk.did(f"{action}")
 
     def finish(self, observation: dict[str, Any], info: dict[str, Any], terminated: bool) -> None:

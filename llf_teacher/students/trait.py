@@ -1,8 +1,8 @@
 """Traits, which change what a student hears, remembers or does: `obedient | stubborn(p=0.3)`.
 
 A trait is a frozen dataclass in a module of its name under `llf_teacher/students/traits/`. It overrides one or two of
-`hear`, `forgets` and `act`; a `Scene` has what it knows of an episode. Traits know no family and no student. A policy
-between the seat and the student passes on what they leave.
+`hear`, `forgets` and `act`; a `Scene` is its knowledge of an episode. Traits know no family and no student. A policy
+between the seat and the student applies them.
 """
 
 import dataclasses
@@ -37,12 +37,12 @@ class Trait(Spec):
 
     package: ClassVar[str] = traits.__name__
     strength: ClassVar[str]
-    """The name of the parameter that says how strong it is."""
+    """The name of the parameter for its strength."""
     absent: ClassVar[float | None] = 0.0
-    """The value of that parameter with which nothing changes."""
+    """The value of this parameter that changes nothing."""
 
     def __ror__(self, student: Student) -> "Traited":
-        """The student with this trait behind those that it has: `student | trait`."""
+        """The student with this trait added last: `student | trait`."""
         bare, others = traits_of(student)
         return Traited(bare, (*others, self))
 
@@ -52,24 +52,24 @@ class Trait(Spec):
         return f"{cls.__module__}:{cls.__qualname__}{text.removeprefix(self.name)}" if own else text
 
     def hear(self, atom: Atom, scene: Scene) -> Claim[Any] | None:
-        """The claim that is heard when this is said; None: nothing. By default the atom's own.
+        """The claim that the student hears instead of this atom; None: nothing. By default the atom's own claim.
 
-        Another claim is worded anew, so that students that read text hear the same as those that read atoms.
+        A changed claim is worded anew, so that students hear the same in text and in atoms.
         """
         return atom.claim
 
     def forgets(self, scene: Scene) -> bool:
-        """Whether the student forgets now all that it has heard and seen; asked before it hears, but at the opening."""
+        """Whether the student now forgets everything; asked in each turn before it hears, but not at the opening."""
         return False
 
     def act(self, action: Any, scene: Scene) -> Any:
-        """The action that is taken when the student gives this one; by default the same object."""
+        """The action to take when the student chooses this one; by default the same object."""
         return action
 
-    # The same in arrays, which a class overrides beside those; see `llf_teacher.students.batches.traited`.
+    # The same in arrays; a class overrides both forms; see `llf_teacher.students.batches.traited`.
 
     def hear_rows(self, heard: HeardBatch, scene: SceneBatch) -> HeardBatch:
-        """What is heard in the rows of a scene."""
+        """The heard claims in the rows of a scene."""
         return heard
 
     def forgets_rows(self, scene: SceneBatch) -> Bools:
@@ -77,7 +77,7 @@ class Trait(Spec):
         return np.zeros(len(scene.rows), bool)
 
     def act_rows(self, actions: Ints, scene: SceneBatch) -> Ints:
-        """The actions that are taken in the rows of a scene, shape (n,)."""
+        """The taken actions in the rows of a scene, shape (n,)."""
         return actions
 
     @classmethod
@@ -87,13 +87,13 @@ class Trait(Spec):
 
 
 class _Policy(Policy["Traited"]):
-    """What is heard passes the traits from left to right, then the student acts; so does what it does."""
+    """Claims pass the traits from left to right, then the student acts, and its action passes the traits, too."""
 
     def __init__(self, spec: "Traited", family: Subject, world: World[Any]) -> None:
         super().__init__(spec, family, world)
         self.inner = spec.student.seat(family, world)
         for trait in spec.traits:
-            _check_serves(trait, self.inner.spec)  # which may differ by family
+            _check_serves(trait, self.inner.spec)  # may differ by family
         if hasattr(self.inner, "intend"):
             self.intend = self._intend
 
@@ -103,13 +103,13 @@ class _Policy(Policy["Traited"]):
         self._words, *streams = streams_beside(self.rng, 1 + len(self.spec.traits))
         self._scenes = [Scene(stream, self.world, self.spec.text) for stream in streams]
         self._turn = 0
-        self._asked, self._anew = 0, False  # the turn in which traits were asked last, and whether they forgot then
+        self._asked, self._anew = 0, False  # the last turn in which traits were asked, and whether they forgot
         self._since = 0  # the turn before which it last forgot
         self._instruction = SILENCE
 
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
         """The action after all traits."""
-        forgets = self._forgets(info)  # which changes `inner`
+        forgets = self._forgets(info)  # changes `inner`
         action = given = self.inner.act(*self._heard(observation, info, forgets))
         for trait, scene in self._parts():
             action = trait.act(action, scene)
@@ -121,12 +121,12 @@ class _Policy(Policy["Traited"]):
         return action
 
     def _intend(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
-        """The action that the student means to take, before its traits change what it hears and does."""
+        """The action that the student intends, before its traits change what it hears and does."""
         self._forgets(info)
         return self.inner.intend(observation, info)  # type: ignore[attr-defined]  # where it has it
 
     def finish(self, observation: dict[str, Any], info: dict[str, Any], terminated: bool) -> None:
-        """The student hears the last words through its traits, too."""
+        """Pass the last words through the traits to the student."""
         for scene in self._scenes:
             scene.turn = self._turn
         self.inner.finish(*self._heard(observation, info), terminated)
@@ -137,7 +137,7 @@ class _Policy(Policy["Traited"]):
         Args:
             turn: number of turns so far.
             since: the turn before which it last forgot, else 0.
-            asked: the turn in which traits were asked last whether they forget, else 0.
+            asked: the last turn in which traits were asked whether they forget, else 0.
             last: the action of the last turn.
             streams: one for each trait.
         """
@@ -154,16 +154,16 @@ class _Policy(Policy["Traited"]):
         return zip(self.spec.traits, self._scenes, strict=True)
 
     def _forgets(self, info: dict[str, Any]) -> bool:
-        """Begin with a new student if a trait forgets in this turn, but the first; whether it did."""
+        """Begin with a new student if a trait forgets in this turn, but not in the first; returns whether it did."""
         for scene in self._scenes:
             scene.turn, scene.listed = self._turn, info.get(self.world.actions_key) or ()
         if self._asked == self._turn:
             return self._anew
         self._asked = self._turn
-        asked = [trait.forgets(scene) for trait, scene in self._parts()]  # each may draw
+        asked = [trait.forgets(scene) for trait, scene in self._parts()]  # ask all, since each may draw
         self._anew = any(asked)
         if self._anew:
-            # A new value, since an agent of the user's own belongs to its value.
+            # A new value, since a user's own agent belongs to its value.
             past, self.inner = self.inner, dataclasses.replace(self.spec.student).seat(self.family, self.world)
             self.inner.reset(self.rng)
             self.inner.succeed(past)
@@ -187,11 +187,11 @@ class _Policy(Policy["Traited"]):
         return {**observation, **heard}, info
 
     def _now(self, instruction: Utterance) -> Utterance:
-        """An instruction as if it was given in this turn."""
+        """The atoms of an instruction, dated to this turn."""
         return Utterance(str(instruction), tuple(atom._replace(about_turn=self._turn) for atom in instruction.atoms))
 
     def _through(self, said: Utterance) -> Utterance:
-        """What is heard of an utterance; the same object if all of it."""
+        """The heard part of an utterance; the same object if nothing changes."""
         atoms = said.atoms or tuple(
             Atom(BareSentence(text=text), text, self._turn) for text in _SENTENCES.split(said) if text
         )
@@ -208,7 +208,7 @@ class _Policy(Policy["Traited"]):
         return Utterance(text.strip(), tuple(atom for atom in left if not isinstance(atom.claim, BareSentence)))
 
     def _one(self, atom: Atom) -> Atom | None:
-        """What is heard of an atom, with its turn counted from when the student last forgot; the same if all of it."""
+        """The heard part of an atom, its turn counted from the student's last forgetting; the same without a change."""
         said = atom
         for trait, scene in self._parts():
             claim = trait.hear(atom, scene)
@@ -219,8 +219,8 @@ class _Policy(Policy["Traited"]):
             return atom
         about, now = atom.about_turn - self._since, self._turn - self._since
         if about < 0:
-            return None  # a turn that it has forgotten
-        if atom is said and (not self._since or about == now):  # words name a turn only if they come late
+            return None  # it has forgotten this turn
+        if atom is said and (not self._since or about == now):  # only late words name a turn
             return atom._replace(about_turn=about) if self._since else atom
         words = self.family.phrasebook().say(
             (atom.claim if about == now else Late(claim=atom.claim, turn=about),),
@@ -245,7 +245,7 @@ class Traited(Student):
         super().__post_init__()
         for trait in self.traits:
             if not isinstance(trait, Trait):
-                raise TypeError(f"what stands behind | must be a trait, such as Stubborn(p=0.3), got {trait!r}")
+                raise TypeError(f"the value behind | must be a trait, such as Stubborn(p=0.3), got {trait!r}")
             _check_serves(trait, self.student)
 
     def __str__(self) -> str:
@@ -298,7 +298,7 @@ def _check_serves(trait: Trait, student: Student) -> None:
 
 
 def _utterance(words: str, info: dict[str, Any]) -> Utterance:
-    """Words with their atoms, which the info may have instead."""
+    """Words with their atoms; the atoms may come from the info instead."""
     if isinstance(words, Utterance):
         return words
     return Utterance(words, tuple(atom for atom in info.get("atoms", ()) if atom.text in words))

@@ -18,7 +18,7 @@ def draw_student(student: Student, vary: Mapping[str, Any], rng: np.random.Gener
 
     Args:
         student: has the other parameters.
-        vary: per parameter its least and greatest value; of two integers an integer is drawn, both ends included.
+        vary: for each parameter the least and greatest value; between two integers it draws an integer, ends included.
         rng: draws once per parameter, in the order of their names.
     """
     values = {}
@@ -38,7 +38,7 @@ def check_vary(student: Any, vary: Mapping[str, Any]) -> None:
     """Check that students can be drawn.
 
     Raises:
-        ValueError: a parameter is unknown, a range is none, or one of its ends is not allowed.
+        ValueError: a parameter is unknown, a range is not a pair of values, or one of its ends is not allowed.
     """
     if not isinstance(student, Student):
         raise ValueError(f"vary needs a student that is given by its spec, got {student!r}")

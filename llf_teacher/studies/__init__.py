@@ -1,6 +1,6 @@
 """Feedback studies: a study is a frozen value; running, storing, statistics and reporting are separate modules.
 
-`load` gives what a store holds, `run` plays a study and gives that.
+`load` returns the results in a store, `run` plays a study and returns its results.
 """
 
 from llf_teacher.studies.definition.study import Study, load_study

@@ -1,4 +1,4 @@
-"""Archives: a zip file with a whole copy of a store, and what is needed to read and repeat its study."""
+"""Archives: a zip file with a whole copy of a store, and the files for reading and repeating its study."""
 
 import json
 import tempfile

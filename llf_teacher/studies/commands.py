@@ -1,4 +1,4 @@
-"""`llf study transcript`, `figures` and `diff`: what stores hold, without a report."""
+"""`llf study transcript`, `figures` and `diff`: the contents of stores without a report."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -11,7 +11,7 @@ from llf_teacher.escaping import escape_control_chars
 if TYPE_CHECKING:
     from llf_teacher.studies.analysis.diff import Comparison, Contrast
 
-_LISTED = 10  # cells of one store only that are named
+_LISTED = 10  # greatest number of named cells of one store only
 
 File = Annotated[Path, typer.Argument(help="Store of a study.", exists=True, dir_okay=False)]
 
@@ -28,7 +28,7 @@ def transcript(
         str, typer.Argument(help="The episode's key, as in reports and `llf study export`, or how it begins.")
     ],
 ) -> None:
-    """Print an episode turn by turn: what was seen, said and done; a false claim is marked by `!`."""
+    """Print an episode turn by turn: observations, feedback and actions; `!` marks a false claim."""
     from llf_teacher.studies import load
 
     with load(store) as results:
@@ -44,7 +44,7 @@ def figures(
         Path | None, typer.Option("--study", help="TOML file of the study; without it, the one that was run.")
     ] = None,
 ) -> None:
-    """Write each figure of the report as SVG and PDF that stand alone, with its data as CSV."""
+    """Write each figure of the report as standalone SVG and PDF, with its data as CSV."""
     from llf_teacher.studies import load, load_study
 
     with load(store) as results:
@@ -57,7 +57,7 @@ def diff(
     second: File,
     html: Annotated[Path | None, typer.Option("--html", help="Write what is printed as a page, too.")] = None,
 ) -> None:
-    """Compare two stores: the second one's cumulative regret less the first one's, and what only one has."""
+    """Compare two stores: the second one's cumulative regret minus the first one's, and the cells of one store only."""
     from llf_teacher.studies.analysis.diff import compare
     from llf_teacher.studies.store import Store
 
@@ -69,7 +69,7 @@ def diff(
 
 
 def _numbers(change: "Contrast") -> tuple[str, ...]:
-    """What is printed of a cell of both stores."""
+    """The printed row of a common cell."""
     regret = change.regret
     return (
         f"{regret.n}{'' if change.paired else '*'}",

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from llf_teacher.studies.report import Report
 
 _MARKS = {Label.DISTORTED: "!", Label.HEDGED: "~"}
-_NAMED = 3  # keys in a message
+_NAMED = 3  # greatest number of keys in a message
 _CHUNK = 10_000  # rows in memory at once
 Rows = Iterator[dict[str, Any]]
 Columns = Mapping[str, Any]
@@ -29,7 +29,7 @@ Columns = Mapping[str, Any]
 
 
 class Results:
-    """The episodes of a store, which is read and never written; as a context, it closes the file.
+    """The episodes of a store, read only; as a context manager, it closes the file.
 
     Args:
         path: the file.
@@ -96,7 +96,7 @@ class Results:
         """An episode as text: observations, thoughts, feedback and actions; `!` marks false claims, `~` hedged ones.
 
         Args:
-            key: of the episode, or a beginning that no other key of the store has.
+            key: the key of the episode, or a beginning that is unique in the store.
 
         Raises:
             StoreError: there is no such episode, or there are several.
@@ -114,8 +114,8 @@ class Results:
         return "\n".join(lines)
 
     def _whole(self, beginning: str) -> str:
-        """The only key with a beginning; errors as of `transcript`."""
-        found = sorted(key for key in self._store.keys() if key.startswith(beginning.lower()))  # noqa: SIM118 (no dict)
+        """The only key with a beginning; errors as in `transcript`."""
+        found = sorted(key for key in self._store.keys() if key.startswith(beginning.lower()))  # noqa: SIM118 (not a dict)
         if len(found) == 1:
             return found[0]
         if not found:
@@ -134,12 +134,12 @@ class Results:
 
     @property
     def definitions(self) -> dict[int, dict[str, Any]]:
-        """Every definition that episodes were played under, by `revision`: the study, and its software's versions."""
+        """Every definition of played episodes, by `revision`: the study, and its software's versions."""
         return self._store.definitions()
 
     @property
     def study(self) -> Study:
-        """The last study that was run with the store. The modules of your own agents need not be here.
+        """The last study that was run with the store; the modules of your own agents may be missing.
 
         Raises:
             StoreError: the store names none.
@@ -148,7 +148,7 @@ class Results:
 
     @property
     def played_study(self) -> Study:
-        """The same study with the versions that have played it: its episodes are those in the store.
+        """The same study with the versions of the stored episodes, so that its episodes are the stored ones.
 
         Raises:
             StoreError: the store names none.
@@ -171,17 +171,17 @@ class Results:
         return Report(render(self._store, study or self.played_study))
 
     def figures(self, folder: Path | str, study: Study | None = None) -> list[Path]:
-        """Write each figure of the report as SVG and PDF that stand alone, with its data as CSV.
+        """Write each figure of the report as standalone SVG and PDF, with its data as CSV.
 
         Raises:
             ValueError: no episode of the study has been played.
         """
-        from llf_teacher.studies.report import write_figures  # as above
+        from llf_teacher.studies.report import write_figures  # imports Matplotlib
 
         return write_figures(self._store, study or self.played_study, Path(folder))
 
     def archive(self, path: Path | str) -> None:
-        """Write a zip file of all that is known of the study; the store may be written to at the same time.
+        """Write a zip file with everything about the study; other processes may write to the store at the same time.
 
         It has `study.db`, a whole copy of the store; `study.toml`; `manifest.json`; `requirements.txt`, the versions of
         the software; and `report.html`, if an episode was played.
@@ -254,11 +254,11 @@ def run(
     Failed episodes give a warning; `Results.failures` has them.
 
     Args:
-        study: what to play.
+        study: the study.
         path: the store; it is created if it does not exist.
-        workers: number of episodes that are played at once; None: one per core. With 1 this process plays, unless
-            `options` say otherwise. With more, a script has the call under `if __name__ == "__main__":`.
-        progress: called with the number of episodes that are done, and the total.
+        workers: number of episodes at once; None: one per core. With 1 this process plays, unless `options` say
+            otherwise. With more, a script needs the call under `if __name__ == "__main__":`.
+        progress: called with the number of completed episodes, and the total.
         options: how to play.
 
     Raises:

@@ -1,4 +1,4 @@
-"""A card: the scores of a student, with what decides them, as JSON, Markdown, SVG and HTML."""
+"""A card: the scores of a student and the settings behind them, as JSON, Markdown, SVG and HTML."""
 
 import hashlib
 import io
@@ -25,35 +25,37 @@ FINDS = (
     "least contrast, in the unit of the scores, that the test finds with a power of 0.8; beside silence: the contrast "
     "with a silent teacher, in the same unit."
 )
-"""What a card says of its columns of these names."""
+"""The explanations of columns by name."""
 _COUNTED = ("episodes", "turns", "answers", "input_tokens", "output_tokens", "usd")
 _MOST = 1e12
 _RANGES = dict.fromkeys(("seeds", "spread", "finds", "cost", "failures"), (0.0, _MOST))
 _RANGES |= {"p": (0.0, 1.0), "moments_p": (0.0, 1.0)}
-"""By field of a card, the least and the greatest number; other numbers may be negative."""
+"""For fields of a card, the least and the greatest number; numbers in other fields may be negative."""
 _KINDS = {str: "a text", bool: "true or false", int: "an integer", float: "a number"}
 
 
 class CardError(ValueError):
-    """A file is no card, or was changed after it was written."""
+    """A file is not a card, or was changed after it was written."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class AbilityLine(Score):
-    """A line of a card: an ability and its score; its p-values are after Holm's correction for all of their kind."""
+    """A line of a card: an ability and its score; its p-values are corrected by Holm's method over all lines."""
 
     name: str
     ability: str
     finds: float | None = None
-    """The least contrast that the test finds with a power of 0.8, at the level of Holm's first step; None: none."""
+    """The least contrast that the test detects with a power of 0.8, at the level of Holm's first step; None without
+    one.
+    """
 
     @property
     def note(self) -> str:
-        """What happened where the student gains beside one of placebo and silence only; empty elsewhere."""
+        """The explanation if the student gains over only one of placebo and silence; otherwise empty."""
         if self.silence is None or self.above == self.silence.above:
             return ""
         worse, other = ("with the placebo", "in silence") if self.above else ("in silence", "with the placebo")
-        costs_less = (self.silence.score or 0) > (self.score or 0)  # the placebo than silence
+        costs_less = (self.silence.score or 0) > (self.score or 0)  # the placebo costs less than silence
         if self.moments_p is None or self.moments_p >= ALPHA or self.above == costs_less:
             return f"does better than {worse}, but not significantly better than {other}"
         if self.above:
@@ -63,24 +65,24 @@ class AbilityLine(Score):
 
 @dataclass(frozen=True, kw_only=True)
 class Card:
-    """What a student can do with feedback."""
+    """The scores of a student."""
 
     suite: str
-    """The version, which fixes worlds, teachers, references and thresholds."""
+    """The version of the suite, which fixes worlds, teachers, references and thresholds."""
     digest: str
-    """Of all that decides a score."""
+    """The digest of everything that decides a score."""
     student: str
     """Its spec, with all settings."""
     quick: bool
     key: str
-    """The text from which the seeds are drawn; empty: those of the suite."""
+    """The text that determines the seeds; empty: the suite's seeds."""
     lines: Sequence[AbilityLine]
     cost: Mapping[str, float]
-    """Episodes and turns of the student; answers, tokens in and out, and USD of one that asks a model, 0 if unknown."""
+    """Episodes and turns of the student; answers, tokens in and out, and USD if it asks a model, 0 if unknown."""
     failures: int
-    """Episodes that failed."""
+    """Number of failed episodes."""
     error: str
-    """The reason of the first of these, and the line of the student's code."""
+    """The reason of the first failure, with the line of the student's code."""
     versions: Mapping[str, str]
 
     @classmethod
@@ -124,16 +126,16 @@ class Card:
         )
 
     def sentences(self) -> list[str]:
-        """Three sentences: what it does best, what it does not do, and what was not measured.
+        """Three sentences: the best abilities, the missing ones, and the unmeasured ones.
 
-        Between the first two is one for each ability of which placebo and silence say different things.
+        After the first comes a sentence for each ability with different results beside placebo and silence.
         """
         measured = [each for each in self.lines if each.score is not None]
         if not measured:
             return ["Nothing was measured."]
         plain, noted = ([each for each in measured if bool(each.note) == odd] for odd in (False, True))
         shown = [each for each in plain if (each.above if each.alike is None else each.alike)]
-        # to be alike proves less: lessons that a student does not hear are alike
+        # equal regret is weaker evidence: unheard lessons also have equal regret
         best = min(shown, key=lambda each: (each.alike is not None, -(each.low or 0)), default=None)
         none = "No ability differs significantly from none."
         in_part = " in part" * (best is not None and (best.score or 0) < 0.5)
@@ -161,22 +163,22 @@ class Card:
         """The card in a JSON file.
 
         Raises:
-            CardError: it is none, or was changed.
+            CardError: the file is not a card, or was changed.
         """
         try:
             values = json.loads(Path(path).read_text(encoding="utf-8-sig"))
             if not isinstance(values, dict) or "checksum" not in values:
                 raise ValueError("it has no checksum")
             if values.pop("checksum") != checksum(values):
-                raise ValueError("it was changed after it was written, since its checksum does not fit")
+                raise ValueError("it was changed after it was written: its checksum does not match")
             card: Self = _read(cls, values, "card")
             _check(card)
         except (OSError, ValueError, RecursionError) as error:
-            raise CardError(f"{path} is no card of the suite: {error}; `llf suite --card` writes one") from None
+            raise CardError(f"{path} is not a card of the suite: {error}; `llf suite --card` writes one") from None
         return card
 
     def table(self) -> list[list[str]]:
-        """The lines as text, below a line of heads; what is beside silence is left out where nothing is."""
+        """The lines as text, below a line of heads; columns about silence are omitted when empty."""
         rows = [["ability", "score", "p", "finds", "beside silence", "by environment"]]
         for each in self.lines:
             places = ", ".join(f"{place} {value:.2f}" for place, value in each.places.items())
@@ -196,7 +198,7 @@ class Card:
         return "\n".join([f"# `{self.student}`", "", *self.sentences(), "", *table, "", FINDS, "", self.settings(), ""])
 
     def settings(self) -> str:
-        """What decides the scores, and what they cost, in a sentence."""
+        """The settings and the cost of the scores, in a sentence."""
         cost = self.cost
         played = f"{cost['episodes']:.0f} episodes, {cost['turns']:.0f} turns"
         paid = (
@@ -209,7 +211,7 @@ class Card:
         return f"{self.suite} ({which}); {played}{paid if cost['answers'] else ''}{failed}; {versions}."
 
     def as_svg(self) -> str:
-        """A dot with its interval for each ability that was measured; 0 is no notice, 1 the reference."""
+        """A dot with its interval for each measured ability; 0: no notice is taken, 1: as the reference."""
         from matplotlib import style
 
         from llf_teacher.studies.report.plots import STYLE, Pane, panel_plot
@@ -228,7 +230,7 @@ class Card:
         return file.getvalue()
 
     def as_html(self) -> str:
-        """A page that stands alone."""
+        """A self-contained page."""
         from llf_teacher.theme import pages, style
 
         page, picture = pages("llf_teacher.suite").get_template("card.html.j2"), self.as_svg()
@@ -245,13 +247,13 @@ class Card:
 
 
 def adjusted(p: Sequence[float | None]) -> list[float | None]:
-    """p-values after Holm's correction for all that are there."""
+    """p-values after Holm's correction, over all that exist."""
     there = iter(holm([each for each in p if each is not None]))
     return [None if each is None else next(there) for each in p]
 
 
 def check_file(path: Path) -> None:
-    """Check, before the suite is played, that a card can be written to this file.
+    """Check, before the suite begins, that a card can be written to this file.
 
     Raises:
         ValueError, FileNotFoundError: there is no such format, or no such folder.
@@ -265,7 +267,7 @@ def check_file(path: Path) -> None:
 
 
 def _read(type_: Any, value: Any, where: str, ends: tuple[float, float] = (-_MOST, _MOST)) -> Any:
-    """A JSON value as one of the type of a card's field, numbers between ends; a ValueError says what is wrong."""
+    """A JSON value in the type of a card's field, numbers within limits; a ValueError describes the problem."""
     origin, inner, made = get_origin(type_), get_args(type_), is_dataclass(type_)
     if type(None) in inner:
         return None if value is None else _read(inner[0], value, where, ends)
@@ -287,7 +289,7 @@ def _read(type_: Any, value: Any, where: str, ends: tuple[float, float] = (-_MOS
 
 
 def _check(card: Card) -> None:
-    """Raise a ValueError if a card cannot be, though its values have the right types."""
+    """Raise a ValueError for values of a card that have the right types but are impossible."""
     names = [each.name for each in card.lines]
     if not names or len({*names}) < len(names):
         raise ValueError(f"it must have lines of different names, got {', '.join(names) or 'none'}")

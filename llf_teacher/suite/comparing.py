@@ -1,4 +1,4 @@
-"""Cards of this release, and two beside each other: the difference of each ability's scores, by what the cards hold."""
+"""Reading cards of this release, and comparing two: the difference of each ability's scores."""
 
 from dataclasses import dataclass, replace
 from functools import partial
@@ -15,16 +15,16 @@ from teachers.spec import unknown
 
 @dataclass(frozen=True, kw_only=True)
 class CardDifference(AbilityLine):
-    """What the score of an ability on the second card differs by from that on the first."""
+    """The score of an ability on the second card minus the score on the first."""
 
     sign = "+"
 
 
 def check(path: Path | str) -> Card:
-    """The card in a file, if it is whole, of this version of the suite, and of its abilities alone.
+    """The card in a file, if it is complete and of this version of the suite.
 
     Raises:
-        CardError: it is none, was changed, or is of something else.
+        CardError: the file is not a card, was changed, or belongs to something else.
     """
     card = Card.load(path)
     if card.suite != taking.VERSION:
@@ -41,14 +41,14 @@ def check(path: Path | str) -> Card:
 
 
 def compare(first: Path | str, second: Path | str) -> list[CardDifference]:
-    """The second card's scores less the first one's, for abilities on both.
+    """The second card's scores minus the first one's, for common abilities.
 
-    The tests are Welch's (1947), whose standard errors are those of the cards' intervals. They take the scores as
-    independent. In the same worlds scores mostly vary together, and then a difference is more certain than is said.
-    Where neither score varies, `p` is the least that flips of signs over the fewer seeds can give.
+    The tests are Welch's (1947), with standard errors from the cards' intervals. They assume independent scores; scores
+    in the same worlds mostly vary together, and then the tests are conservative. If neither score varies, `p` is the
+    least p-value of sign flips over the smaller number of seeds.
 
     Raises:
-        CardError: a file is no card of this release, only one is quick, or they have no ability in common.
+        CardError: a file is not a card of this release, only one is quick, or they have no ability in common.
     """
     cards = check(first), check(second)
     if cards[0].quick != cards[1].quick:

@@ -1,4 +1,4 @@
-"""What taking the suite costs at most, before it begins: turns of a student, tokens and USD of a model."""
+"""The greatest cost of the suite, before it begins: turns of the student, tokens and USD of a model."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,22 +12,22 @@ from llf_teacher.suite.experiment import TURNS
 from llf_teacher.suite.taking import QUICK_TURNS, chosen, seeds_of, studies_of
 
 BYTES = 4
-"""Bytes of a token of English, about."""
+"""Approximate number of bytes of an English token."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class CostEstimate:
-    """The most that a student plays, and what that costs if its model is asked in each turn."""
+    """The greatest number of turns, and their cost if a model is asked in each."""
 
     episodes: int
     turns: int
-    """At most; an episode that is solved ends."""
+    """Greatest number of turns; solved episodes end earlier."""
     input_tokens: int | None = None
     """About; None without an `llm`."""
     output_tokens: int | None = None
-    """At most; None if the model has no `max_tokens`, too."""
+    """Upper bound; None also if the model has no `max_tokens`."""
     usd: float | None = None
-    """The price of these tokens; None if it is not known."""
+    """The price of these tokens; None if unknown."""
 
     def __str__(self) -> str:
         text = f"at most {self.episodes} episodes, {self.turns} turns"
@@ -39,9 +39,9 @@ class CostEstimate:
 
 
 def estimate(student: str, names: Sequence[str] = (), quick: bool = False, key: str = "") -> CostEstimate:
-    """The estimate for a student's spec, without what a store may have already.
+    """The estimate for a student's spec, as if the store were empty.
 
-    Of a model, one lesson of each teacher in each environment is played by chance, and the prompts are measured.
+    For a model, it plays one lesson of each teacher in each environment at random, and measures the prompts.
     """
     student = student_spec(student)
     studies = studies_of([student], chosen(names, quick), seeds_of(key, quick), QUICK_TURNS if quick else TURNS)

@@ -1,4 +1,4 @@
-"""The interface of an experiment: one ability, the teachers whose lessons are compared, and where."""
+"""The interface of an experiment: one ability, the teachers to compare, and the environments."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -10,48 +10,49 @@ from llf_teacher.suite import experiments
 from llf_teacher.suite.environments import ARMS, HOUSE
 
 TURNS, SEEDS = 12, 20
-"""Turns of every lesson, at most, and worlds of most experiments."""
+"""Greatest number of turns of a lesson, and number of worlds in most experiments."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Experiment:
     """An ability, and the contrast in regret that measures it.
 
-    The contrast is what a student loses in the lessons of `worse` beyond those of `better`, in the same worlds. Its
-    unit is the contrast of the `reference`. The score is the contrast in that unit, so that it is 1 for the reference
-    and 0 for a student that takes no notice. With a `margin` the ability is to take no notice, and the score is 1 less
-    the contrast.
+    The contrast is a student's regret in the lessons of `worse` minus its regret in those of `better`, in the same
+    worlds. The score is the contrast divided by that of the `reference`: 1 for the reference, 0 for a student that
+    takes no notice. With a `margin` the ability is to take no notice, and the score is 1 minus the ratio.
     """
 
     ability: str
-    """What the student does, as the end of a sentence that begins with its name."""
+    """The ability, as the end of a sentence that begins with the student's name."""
     better: str
-    """Spec of the teacher whose lessons a student with the ability loses less in."""
+    """Spec of the teacher in whose lessons a student with the ability has less regret."""
     reference: str = "reasoner(worlds=64)"
-    """Spec of the student whose contrast is the unit."""
+    """Spec of the student whose contrast is the unit of the score."""
     worse: str = ""
-    """Spec of the other teacher; empty: as many words as of the better one, without a meaning."""
+    """Spec of the other teacher; empty: a placebo, as many words as the better teacher's without meaning."""
     ids: Sequence[str] = (ARMS, HOUSE)
-    """Environments, of two families at least."""
+    """Environments of at least two families."""
     seeds: int = SEEDS
-    """Number of worlds in each, more where scores are noisy; a smaller number of all experiments goes before it."""
+    """Number of worlds in each environment, more for noisy scores; a smaller number for all experiments takes
+    precedence.
+    """
     since: int = 0
     """Number of turns at the start whose regret does not count."""
     margin: float | None = None
-    """Where both lessons should be alike, the greatest difference of the score from 1 that is not one."""
+    """For abilities to take no notice, the greatest difference of the score from 1 that counts as none."""
     unit: tuple[str, str] | None = None
-    """Specs of the better and the worse teacher of the unit; None: those of the contrast."""
+    """Specs of the better and the worse teacher for the unit; None: the teachers of the contrast."""
     rests_on: Sequence[str] = ()
-    """Names of experiments without whose ability this one cannot be had."""
+    """Names of experiments whose ability is necessary for this one."""
     lessons: str = ""
-    """Worlds of an earlier episode with the teachers, after which a test without a teacher is measured: the `same` as
-    that of the test, or a `next` one; empty: there is none."""
+    """World of a lesson before the measured test, which has no teacher: the `same` as the test's, or the `next` one;
+    empty: the lessons themselves are measured."""
     town: bool = False
-    """Whether each test and its lessons are in a town of their own, whose number is the seed, with a law in common."""
+    """Whether each test and its lessons have a town of their own, whose number is the seed, with a common law."""
 
     @property
     def arms(self) -> tuple[str, str, str]:
-        """The specs of the teachers whose lessons are compared: the better, the worse, and a silent one."""
+        """The specs of the compared teachers: the better, the worse, and a silent one."""
         return self.better, self.worse or f"{self.better} | placebo", "silent"
 
 

@@ -14,26 +14,26 @@ Numbers = NDArray[np.float64]
 ALPHA = 0.05
 """Level of the tests of a card."""
 UNREAD = 0.5
-"""Share of a student's answers that are no actions, above which its regret says nothing of feedback."""
+"""Greatest share of answers that are not actions; above it regret says nothing about feedback."""
 CEILING = 0.1
-"""Share of the reference's regret without help, below which a student has nothing left to save."""
+"""Least share of the reference's regret without help; below it a student has nothing left to save."""
 LEVELS = (ALPHA, UNREAD, CEILING, LEAST, LEVEL, RESAMPLES)
-"""The thresholds, and what decides intervals and tests."""
+"""The thresholds, and the settings of intervals and tests."""
 
 
 class Arms(NamedTuple):
-    """What was lost in an environment: per seed an array of shape (seeds,), NaN where an episode is missing."""
+    """Regrets in an environment: arrays with a value per seed, shape (seeds,), NaN without the episode."""
 
     better: Numbers
-    """By the student with the better teacher."""
+    """The student's regret with the better teacher."""
     worse: Numbers
     unit_better: Numbers
-    """By the reference, with the better teacher of the unit."""
+    """The reference's regret with the unit's better teacher."""
     unit_worse: Numbers
     silent: Numbers | None = None
-    """By the student with a silent teacher; None where there is no such arm."""
+    """The student's regret with a silent teacher; None without such lessons."""
     unread: Mapping[str, float] = {}
-    """By teacher, the share of the student's answers that were no actions."""
+    """By teacher, the share of the student's answers that were not actions."""
     missing: str = ""
     """Why nothing can be played here; empty if it can."""
 
@@ -68,26 +68,26 @@ class Score:
     """The score of a student in an experiment."""
 
     score: float | None = None
-    """1: as the reference; 0: no notice is taken; it can be beyond both. None if it was not measured."""
+    """1: as the reference; 0: no notice is taken; other values are possible. None if it was not measured."""
     low: float | None = None
     """Ends of the 95 % interval; None without one."""
     high: float | None = None
     p: float | None = None
-    """Of the sign-flip test over seeds that both lessons cost the same; on a card after Holm's correction."""
+    """p-value of the sign-flip test over seeds that both lessons cost the same; on a card after Holm's correction."""
     why: str = ""
-    """Why it was not measured, or where it was not, or why there is no interval."""
+    """Why, or where, it was not measured, or why there is no interval."""
 
     seeds: int = 0
     spread: float = 0.0
-    """Standard deviation over seeds of what is tested, in the unit of the score."""
+    """Standard deviation over seeds of the tested contrast, in the unit of the score."""
     places: Mapping[str, float] = field(default_factory=dict)
     """The score in each environment that counts."""
     alike: bool | None = None
-    """Where both lessons should be alike: whether the interval is within the margin; None elsewhere."""
+    """For abilities to take no notice: whether the interval is within the margin; otherwise None."""
     silence: "Score | None" = None
-    """The same contrast beside silence in place of the worse lessons; None where there is no such arm."""
+    """The same contrast with silence in place of the worse lessons; None without lessons in silence."""
     moments_p: float | None = None
-    """Of the test that the worse lessons cost as much as silence: when the teacher speaks changes nothing."""
+    """p-value of the test that the worse lessons cost as much as silence."""
 
     sign: ClassVar[str] = ""
     """The format of signs."""
@@ -114,14 +114,14 @@ class Score:
 
 
 def score(arms: Mapping[str, Arms], margin: float | None = None) -> Score:
-    """The mean over environments of the contrast in units, subtracted from 1 where there is a margin.
+    """The mean over environments of the contrast in units, subtracted from 1 if there is a margin.
 
-    The interval is that of the ratio's linear part by the delta method, so that the noise of the denominator is in it
-    (Cochran 1977, section 6.4); it is left out where means of such values have none, see
+    The interval uses the ratio's linear part by the delta method, and so includes the noise of the denominator (Cochran
+    1977, section 6.4); it is omitted if means of such values have no interval, see
     `llf_teacher.studies.analysis.statistics`.
 
     Args:
-        arms: what was lost, by environment; all have the same seeds in the same order.
+        arms: the regrets by environment; all have the same seeds in the same order.
         margin: see `llf_teacher.suite.experiment.Experiment.margin`.
     """
     lacking = {id: why for id, each in arms.items() if (why := each.lacks(margin))}
@@ -138,7 +138,7 @@ def score(arms: Mapping[str, Arms], margin: float | None = None) -> Score:
 
 
 def _contrast(there: Mapping[str, Arms], margin: float | None = None, why: str = "") -> Score:
-    """`score` in environments in which nothing lacks."""
+    """`score` in environments with complete data."""
     sign, offset = (1.0, 0.0) if margin is None else (-1.0, 1.0)
     contrasts = np.array([each.worse - each.better for each in there.values()])
     units = np.array([each.unit_worse - each.unit_better for each in there.values()])

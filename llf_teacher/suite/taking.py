@@ -1,4 +1,4 @@
-"""The suite as a study, and the scores of a student from the episodes that were played."""
+"""The suite as a study, and the scores of a student from the played episodes."""
 
 import hashlib
 import math
@@ -26,29 +26,29 @@ from teachers.common import FACTS
 from teachers.spec import unknown
 
 VERSION = "suite-v1"
-"""Worlds, seeds, teachers, references and thresholds of this name never change; `digest` is that of all of them."""
+"""The version: its worlds, seeds, teachers, references and thresholds never change; `digest` covers all of them."""
 QUICK_SEEDS, QUICK_TURNS = 8, 5
 QUICK = ("advice", "hints", "silence", "turncoat")
-"""The experiments of `quick`, whose references' contrasts exceed their noise most; each is played with bandits."""
+"""The experiments of `quick`: those with the best ratio of contrast to noise; each is played with bandits."""
 FIRST_SEED = 500_000
 """First seed of the suite without a key."""
 
 
 def digest() -> str:
-    """A digest of all that decides a score."""
+    """A digest of everything that decides a score."""
     decides = {name: [vars(each), each.arms] for name, each in all_experiments().items()}
     seeds = seeds_of(), seeds_of("a key", quick=True)
     return checksum([VERSION, decides, seeds, QUICK_TURNS, QUICK, TURNS, LEVELS, FACTS, OPTIONS])
 
 
 def seeds_of(key: str = "", quick: bool = False) -> tuple[int, ...]:
-    """The seeds of the worlds; those of a key are others of the same kind."""
+    """The seeds of the worlds; a key gives other seeds of the same kind."""
     first = 1_000_000 + int.from_bytes(hashlib.sha256(key.encode()).digest()[:4]) * 100 if key else FIRST_SEED
     return tuple(range(first, first + (QUICK_SEEDS if quick else max(e.seeds for e in all_experiments().values()))))
 
 
 def chosen(names: Sequence[str] = (), quick: bool = False) -> dict[str, Experiment]:
-    """The experiments of these names; without names all, or those of `quick`, with bandits alone.
+    """The experiments of these names; without names all, or with `quick` its experiments, only with bandits.
 
     Raises:
         ValueError: an unknown name.
@@ -67,10 +67,10 @@ def studies_of(
     seeds: Sequence[int] = seeds_of(),
     turns: int = TURNS,
 ) -> list[Study]:
-    """The studies whose episodes the scores of these students need; those of the references come first.
+    """The studies with the episodes that the scores of these students need; references come first.
 
-    Experiments without `lessons` share one in each environment, if they have as many seeds; students that forget
-    between episodes are left out of the others. Families that are not installed are left out.
+    Experiments without `lessons` share a study in each environment, if they have equally many seeds; students that
+    forget between episodes are left out of the other studies. Families that are not installed are left out.
     """
     specs = [student_spec(each) for each in students]
     groups: dict[tuple[str | int, tuple[str, ...], tuple[int, ...]], list[Experiment]] = {}
@@ -85,7 +85,7 @@ def studies_of(
 def _study_of(
     students: Sequence[str], asked: Sequence[Experiment], ids: Sequence[str], seeds: Sequence[int], turns: int
 ) -> Study:
-    """The study in some environments of experiments that have the same lessons; in a town there is one seed."""
+    """The study of experiments with the same lessons in some environments; in a town it has one seed."""
     teachers = tuple(dict.fromkeys(teacher for each in asked for teacher in (*each.arms, *(each.unit or ()))))
     references = tuple(dict.fromkeys(each.reference for each in asked))
     town = {"town": seeds[0]} if asked[0].town else {}
@@ -97,11 +97,11 @@ def _study_of(
     able = (each for each in students if parse_student(each).remembers)
     taught = {"students": list(dict.fromkeys((*references, *able))), "teachers": list(teachers)}
     lessons = {"lessons": [1], "worlds": [asked[0].lessons], **taught}
-    return Study(teachers=(TESTER,), students=references, transfer=lessons, **common)  # also lessons beside its tests
+    return Study(teachers=(TESTER,), students=references, transfer=lessons, **common)  # with lessons before its tests
 
 
 def _unable(spec: str, id: str) -> str:
-    """Why a student cannot play here; empty if it can, or if only its episodes tell, as of one that draws no worlds."""
+    """Why a student cannot play here; empty if it can, or if only playing shows it."""
     student, place = parse_student(spec), entry(id)
     why = place.family.missing()
     if student.draws_worlds and not why:
@@ -122,22 +122,21 @@ def take(
     progress: Callable[[int, int], None] | None = None,
     turn_seconds: float | None = None,
 ) -> Card:
-    """Play what the store lacks of the suite, and give the card of a student.
+    """Play the episodes of the suite that the store lacks, and return the card of a student.
 
     Args:
         student: a spec, a `Student`, or the factory of an agent.
-        store: the file of the episodes; an interrupted suite is resumed from it, and episodes that failed are played
-            again.
-        names: of experiments; without them all, or those of `quick`.
+        store: the file of the episodes; an interrupted suite is resumed from it, and failed episodes are played again.
+        names: names of experiments; empty: all, or with `quick` its experiments.
         quick: fewer experiments, seeds and turns, for agents whose answers cost money or time.
         key: a text of your choice, for worlds that nobody could tune an agent to.
         workers: as in `llf_teacher.studies.run`.
-        progress: called with the number of episodes that are done, and the total.
-        turn_seconds: time of a turn, after which the episode of an agent that hangs has failed; None: no limit.
+        progress: called with the number of completed episodes, and the total.
+        turn_seconds: time limit of a turn, after which the episode of a hanging agent fails; None: no limit.
 
     Raises:
         ValueError: the student or an experiment is unknown, or cannot play.
-        StudyError: the episodes cannot go on, such as after a spending limit; those so far are stored.
+        StudyError: the episodes cannot go on, for example after a spending limit; completed ones are stored.
     """
     spec, experiments, seeds = student_spec(student), chosen(names, quick), seeds_of(key, quick)
     studies = studies_of([spec], experiments, seeds, QUICK_TURNS if quick else TURNS)
@@ -153,9 +152,9 @@ def played(
     progress: Callable[[int, int], None] | None,
     turn_seconds: float | None,
 ) -> tuple[list[Mapping[str, Any]], list[Mapping[str, Any]]]:
-    """Play what the store lacks of the studies, and give the rows of their episodes and of those that failed.
+    """Play the episodes of the studies that the store lacks, and return the rows of episodes and of failures.
 
-    The arguments are those of `take`, and the progress is that of all studies.
+    Arguments as in `take`; `progress` covers all studies.
     """
     options = RunOptions(limits=Limits(turn_seconds=turn_seconds), retry_failed=True)
     each_keys = [(study, {each.key for each in study.episodes()}) for study in studies]
@@ -185,7 +184,7 @@ def scored(experiment: Experiment, student: str, rows: Iterable[Mapping[str, Any
 def arms_of(
     experiment: Experiment, student: str, rows: Iterable[Mapping[str, Any]], seeds: Sequence[int]
 ) -> dict[str, Arms]:
-    """What a student and the reference lost in each environment of an experiment, from the rows of a store."""
+    """The regret of a student and the reference in each environment of an experiment, from the rows of a store."""
     seeds = seeds[: experiment.seeds]
     asked = (row for row in rows if row["worlds"] == experiment.lessons)
     found: dict[tuple[object, ...], Mapping[str, Any]] = {
@@ -193,12 +192,12 @@ def arms_of(
     }
 
     def regrets(*lesson: str) -> NDArray[np.float64]:
-        """Per seed what is lost in the turns that count; NaN where the episode is missing."""
+        """For each seed the regret in the turns that count; NaN without the episode."""
         played = (found.get((*lesson, seed)) for seed in seeds)
         return np.array([math.fsum(row["regrets"][experiment.since :]) if row else np.nan for row in played])
 
     def unread(*lesson: str) -> float:
-        """The share of turns whose answer was no action."""
+        """The share of turns whose answer was not an action."""
         played = [row for seed in seeds if (row := found.get((*lesson, seed)))]
         return float(sum(row["parse_failures"] for row in played) / max(1, sum(row["turns"] for row in played)))
 

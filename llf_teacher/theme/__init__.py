@@ -14,7 +14,7 @@ __all__ = ["LENGTHS", "SHADES", "kind_mark", "pages", "prepare_turns", "properti
 
 
 def pages(package: str, folder: str = "") -> jinja2.Environment:
-    """The Jinja environment of a package's templates, which also finds those of the theme under `theme/`.
+    """The Jinja environment of a package's templates; it finds the theme's templates under `theme/`.
 
     Values are escaped.
 

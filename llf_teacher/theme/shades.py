@@ -1,4 +1,4 @@
-"""The colours and sizes of pages and plots, which are those of pictures."""
+"""The colours and sizes of pages and plots, shared with pictures."""
 
 from typing import NamedTuple
 

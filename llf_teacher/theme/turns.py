@@ -8,22 +8,22 @@ from teachers.atoms import KINDS, Label
 
 
 def bits_words(information: Mapping[str, Any]) -> str:
-    """How much an atom says, as a record has it, in words."""
+    """The stored information of an atom, in words."""
     from teachers.information import Bits
 
     return Bits._make(map(information.get, Bits._fields)).described
 
 
 def prepare_turns(turns: list[dict[str, Any]], family: str) -> list[dict[str, Any]]:
-    """Add what the display needs to turns of a store.
+    """Add fields for the display to turns of a store.
 
-    It is `said`, the atoms by kind, each with its claim as `code` and, if it is measured, how much it says as `bits`;
-    `spelled_out`, whether they make up all of the text; `own`, the sentences in the teacher's own words; and `did`, the
-    action in words.
+    `said` has the atoms by kind, each with its claim as `code` and, if measured, its information as `bits`;
+    `spelled_out`, whether the atoms make up all of the text; `own`, the sentences in the teacher's own words; `did`,
+    the action in words.
 
     Args:
-        turns: is changed.
-        family: the name that is left out of the names of claims.
+        turns: the turns; they are changed.
+        family: the family name to leave out of the names of claims.
     """
     for turn in turns:
         atoms = turn["atoms"]

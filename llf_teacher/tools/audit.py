@@ -56,7 +56,7 @@ class Finding(NamedTuple):
     student: str
     instruction_type: str
     options: dict[str, Any]
-    """Options of the world that were drawn, and those of its reset."""
+    """The drawn options of the world, and of its reset."""
     seed: int
     turn: int
 
@@ -77,26 +77,26 @@ class Audit:
     """Number of words of feedback."""
     claims: Counter[tuple[FeedbackType | None, Label]] = field(default_factory=Counter)
     """Number of claims by kind and label; the kind is None for instructions and notices. Feedback without claims counts
-    as one `unchecked` claim of kind None.
+    as an `unchecked` claim of kind None.
     """
     withheld: Counter[FeedbackType | None] = field(default_factory=Counter)
-    """Number of claims of the oracle that the personality did not make, by kind."""
+    """Number of the oracle's claims that the personality left out, by kind."""
     students: Counter[str] = field(default_factory=Counter)
-    """Number of claims made to each student, by its spec."""
+    """Number of claims to each student, by its spec."""
     falsehoods: Counter[str] = field(default_factory=Counter)
-    """Number of false claims made to each student, by its spec."""
+    """Number of false claims to each student, by its spec."""
     leaks: int = 0
-    """Number of leaks: claims of a kind that was not asked for, advised actions by a personality that may not reveal
+    """Number of leaks: claims of a kind that was not requested, advised actions by a personality that must not reveal
     them, and actions in a basic instruction.
     """
     contradictions: int = 0
-    """Number of pairs of claims of one turn that cannot both be meant; see `Claim.excludes`."""
+    """Number of pairs of contradictory claims in one turn; see `Claim.excludes`."""
     hedges: Reliability = field(default_factory=Reliability)
-    """How often hedged claims hold, by the probability with which they were said."""
+    """How often hedged claims hold, by their stated probability."""
     gains: dict[str, Gain] = field(default_factory=dict)
-    """How much the claims of feedback said, by the name of their class, if it was measured."""
+    """The information of the claims of feedback by the name of their class, if measured."""
     measured: int = 0
-    """Number of turns in which that was measured."""
+    """Number of turns with this measurement."""
     examples: list[Finding] = field(default_factory=list)
     """The first falsehoods, leaks and contradictions."""
     changes: int = 0
@@ -115,7 +115,7 @@ class Audit:
 
     @property
     def gain(self) -> Gain:
-        """How much all claims of feedback said that were measured."""
+        """The information of all measured claims of feedback."""
         return sum(self.gains.values(), Gain())
 
     @property
@@ -175,7 +175,7 @@ def audit(
 ) -> Audit:
     """Play students with a teacher, and check each claim by its `holds`, and by its `means` if it rests on others.
 
-    In every other episode, the options of the world that are not given are drawn; see `World.draw_options`.
+    Every other episode draws the world's options that are not given; see `World.draw_options`.
 
     Args:
         id: an id of `llf_teacher.ids()`, or a `Lesson`.
@@ -185,10 +185,10 @@ def audit(
         students: specs of students.
         instruction_types: types of instruction to use; None for all that the environment supports; with `worlds`, for
             `b` alone.
-        feedback_type: the feedback that is asked for.
+        feedback_type: the requested feedback.
         progress: called with the number of turns so far.
-        worlds: number of worlds by which it is measured how much each claim says, and which regret it saves, where no
-            options are drawn; 0: it is not measured. Options that this needs are set.
+        worlds: number of worlds for measuring the information of each claim and the regret that it saves, in episodes
+            without drawn options; 0: no measurement. It sets the options that measuring needs.
         settings: other settings of `StudentEnv`, and options of the world.
 
     Raises:
@@ -214,7 +214,7 @@ def audit(
         given = {"instruction_type": type_, "feedback_type": feedback_type, "text": student.text, **settings}
         env = StudentEnv(id, teacher=teacher, **given)
         if worlds:
-            family.make_information(env.session.world, 0, worlds)  # or it says why there is none
+            family.make_information(env.session.world, 0, worlds)  # or give the reason why there is none
         policy = student.seat(env.family, env.session.world)
         for seed in itertools.count():
             left = turns * done // len(combinations) - found.turns
@@ -227,7 +227,7 @@ def audit(
                 episode = _varied(episode, env.session.world, settings, np.random.default_rng([done, seed]))
             if episode.options:
                 other = StudentEnv(id, teacher=teacher, **given | {"instruction_type": "b"} | episode.options)
-                if type_ in other.session.teacher.oracle.instruction_types:  # with other options it may have others
+                if type_ in other.session.teacher.oracle.instruction_types:  # it may depend on the options
                     other.session.teacher.instruction_type = type_
                     _watch(found, other, student.seat(other.family, other.session.world), episode, worlds)
                 other.close()
@@ -245,14 +245,14 @@ class _Episode(NamedTuple):
     instruction_type: str
     seed: int
     turns: int
-    """Most turns of the episode."""
+    """Greatest number of turns of the episode."""
     options: dict[str, Any]
     """Options of the world that differ from those of the environment."""
     reset: dict[str, Any]
 
 
 def _varied(episode: _Episode, world: World[Any], given: Collection[str], rng: np.random.Generator) -> _Episode:
-    """The episode with drawn options of the world, except for those that are given."""
+    """The episode with drawn options of the world, except the given ones."""
     drawn = world.draw_options(rng).items()
     options = {name: value for name, value in drawn if name not in given and value != world.options[name]}
     return episode._replace(options=options, reset=world.draw_reset(rng))
@@ -267,7 +267,7 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episod
     said: Counter[tuple[Claim[Any], int]] = Counter()
     moments: list[Moment[Any]] = []
     hedges: list[tuple[float, bool]] = []
-    oracle: Oracle[Any, Any] | None = None  # made where a claim rests on others
+    oracle: Oracle[Any, Any] | None = None  # needed if a claim rests on others
     found.episodes += 1
     worlds = 0 if episode.options or episode.reset else worlds
     recorder = Recorder(env.family.name, env.student_view)
@@ -295,7 +295,7 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episod
                 if oracle is None:
                     oracle = env.family.make_teacher(env.session.world.scratch()).oracle
                     oracle.start(moments[0].after)
-                if not atom.claim.means(moments[atom.about_turn], oracle):  # true by its ground, and not by its fields
+                if not atom.claim.means(moments[atom.about_turn], oracle):  # its ground makes it true, not its fields
                     label = Label.DISTORTED
             said[atom.claim, atom.about_turn] += 1
             kind = None if atom in getattr(turn.instruction, "atoms", ()) else atom.kind

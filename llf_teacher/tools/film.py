@@ -19,7 +19,7 @@ __all__ = ["SUFFIXES", "check_path", "film", "save"]
 SUFFIXES = (".gif", ".webp", ".mp4")
 """Endings of the names of films."""
 _COLOURS = 128
-_FPS = 10  # of a video, which repeats each frame
+_FPS = 10  # frames per second of a video, which repeats each frame
 
 
 def film(id: str, *, student: str, seed: int, worlds: int = 0, **settings: Any) -> list[Frame]:
@@ -29,12 +29,12 @@ def film(id: str, *, student: str, seed: int, worlds: int = 0, **settings: Any) 
         id: an environment.
         student: the spec of the student.
         seed: the seed of the episode.
-        worlds: number of worlds by which it is measured how much each claim says, which frames show; 0: it is not.
-            Options that this needs are set.
+        worlds: number of worlds for measuring the information of each claim, which frames show; 0: no measurement. It
+            sets the options that measuring needs.
         settings: settings of `StudentEnv`: `teacher`, `feedback_type`, `theme`, `privileged_info`, ...
 
     Raises:
-        ValueError: it cannot be measured how much claims say.
+        ValueError: the information of claims cannot be measured.
     """
     family = entry(id).family
     if worlds:
@@ -55,7 +55,7 @@ def film(id: str, *, student: str, seed: int, worlds: int = 0, **settings: Any) 
 
 
 def check_path(path: Path) -> None:
-    """Check, before an episode is played, that a film can be written.
+    """Check, before an episode begins, that a film can be written.
 
     Raises:
         ValueError: the name does not end in one of `SUFFIXES`.
@@ -99,7 +99,7 @@ def save(frames: Sequence[Frame], path: Path, seconds: float = 1.5) -> None:
         append_images=images[1:],
         duration=[round(1000 * each) for each in times],
         loop=0,
-        lossless=True,  # of a webp
+        lossless=True,  # only for webp
         optimize=False,  # keeps one palette for all frames, so that only changes are stored
     )
 

@@ -19,7 +19,7 @@ SEED, TURNS = 7, 6
 def transcript(id: str, seed: int = SEED, turns: int = TURNS) -> str:
     """An episode as text: the student follows the plan in every second turn, the teacher gives all feedback.
 
-    The instruction is complete (`c`) where there is such, so that the record has its claims, too.
+    The instruction is complete (`c`) if possible, so that the record has its claims, too.
     """
     types = supported_types(id)[0]
     env = make(id, instruction_type="c" if "c" in types else types[-1], max_turns=turns)
@@ -72,7 +72,7 @@ def _seen(text: str, feedback: str, atoms: tuple[Atom, ...], moments: list[Momen
 
 
 def write(folder: Path, which: tuple[str, ...] = ()) -> list[Path]:
-    """Write transcripts of the given environments, or of all that are sampled; the files written."""
+    """Write transcripts of the given environments, or of all sampled ones; returns the written files."""
     folder.mkdir(parents=True, exist_ok=True)
     paths = []
     for id in which or [each.id for each in entries().values() if each.sampled and not each.family.missing()]:

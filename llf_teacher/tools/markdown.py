@@ -1,4 +1,4 @@
-"""Markdown: tables, escaped text, and parts of documents that a command writes."""
+"""Markdown: tables, escaped text, and generated parts of documents."""
 
 import re
 from collections.abc import Iterable, Mapping

@@ -1,4 +1,4 @@
-"""Pictures of a few episodes, for the documents and, as hashes that ignore small differences, for the tests."""
+"""Pictures of a few episodes for the documents, and their hashes, which ignore small differences, for the tests."""
 
 import contextlib
 import time
@@ -46,9 +46,9 @@ def dhash(frame: Frame) -> str:
 
 
 def write(folder: Path, which: Collection[str] = ()) -> Path:
-    """Write the hash of a frame of each family's first showcase, or only of those among the given ids.
+    """Write the hash of a frame of each family's first showcase, or only for the given ids.
 
-    The hashes of other families, and of those that cannot be drawn on this machine, do not change.
+    Other families, and families that cannot be drawn on this machine, keep their hashes.
     """
     path = folder / GOLDEN
     hashes = tomllib.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
@@ -81,7 +81,7 @@ def contact_sheet(path: Path | str, columns: int = 2, share: float = 0.75) -> No
 
 
 def frame_rate(environment: str, frames: int = 40) -> float:
-    """Privileged frames per second of CPU time, by the median of `frames` frames, each of another turn."""
+    """Privileged frames per second of CPU time: the median over `frames` frames of different turns."""
     env = StudentEnv(f"{PREFIX}{environment}", render_mode="rgb_array", privileged_info=True)
     env.reset(seed=_SEED)
     rng = np.random.default_rng(_SEED)

@@ -41,7 +41,7 @@ def personalities() -> str:
 
 
 def matrix() -> str:
-    """A Markdown table of the families that each personality can teach, with what it needs of an oracle."""
+    """A Markdown table of the families that each personality can teach, with its requirements of an oracle."""
     families = _own_families()
     rows = []
     for name in PERSONALITIES.names:
@@ -51,7 +51,7 @@ def matrix() -> str:
 
 
 def _served(family: Family, personality: str) -> str:
-    """Whether a family serves a personality, or with which options of its worlds."""
+    """Whether a family supports a personality, or the options of its worlds that this needs."""
     if family.serves(personality):
         return "yes"
     needs = family.posterior_needs

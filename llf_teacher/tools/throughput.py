@@ -21,10 +21,10 @@ from pz_envs.family import all_families
 
 STUDENT = "q_learning(forget=False, trust=1.0, optimism=0.0, epsilon=0.1)"
 BELIEVER = "obedient(forget=False)"
-"""The student of lifetimes where actions are points, which announces nothing."""
+"""The student of lifetimes with points as actions; it announces nothing."""
 EPISODES = 30
 MANY = 16_384
-"""Number of rows for which memory is measured."""
+"""Number of rows in the measurement of memory."""
 _HORIZONS = 12
 
 
@@ -35,11 +35,11 @@ class Kind(NamedTuple):
     make: Callable[..., VectorEnv[Any, Any, Any]]
     """Makes the environment from `num_envs` and other options; can be pickled."""
     horizon: int
-    """Number of steps in which each row is reset at least once."""
+    """Number of steps that reset each row at least once."""
     horizons: int
-    """Number of horizons that are played."""
+    """Number of played horizons."""
     anew: dict[str, Any] | None
-    """Options that draw each world anew; None if that is always done."""
+    """Options that draw each world anew; None if it always draws anew."""
 
 
 def throughput(
@@ -53,7 +53,8 @@ def throughput(
 
     `M/s` includes autoresets at the family's own horizon. `anew` draws each world anew instead of from a pool, and
     `pool s` is the time to make the pool, in seconds; equal options share one. `kB` is what each of `many` rows adds
-    to the greatest resident memory of a process, in its first lifetime and without a pool. These two are of one run.
+    to the greatest resident memory of a process, in its first lifetime and without a pool. These two figures come from
+    one run.
     """
     names = ("M/s", "anew", "pool s", "kB")
     table = Table("environment", *names, title=f"{rows} rows", title_justify="left", box=None, padding=(0, 2, 0, 0))
@@ -100,7 +101,7 @@ def _memory(kind: Kind, rows: int) -> float:
 
 
 def call_of(kind: Kind, rows: int, steps: int | None = None) -> Call:
-    """The work of a process that says its rate in so many steps, or without them how much memory a row takes."""
+    """The work of a process that measures its rate over a number of steps, or without steps the memory of a row."""
     if steps is not None:
         return Call("rows", (pickle.dumps(kind.make), rows, steps))
     return Call("resident", (pickle.dumps(partial(kind.make, **kind.anew or {})), rows, kind.horizon))

@@ -1,4 +1,4 @@
-"""A trial of an environment: what can be taught in it, by which tier, and what is missing for more."""
+"""A trial of an environment: what teachers can teach in it, with which tier, and what is missing for more."""
 
 import contextlib
 import warnings
@@ -28,24 +28,24 @@ from worlds.wrapped.gym_world import check_complete, faithful
 __all__ = ["Line", "facts", "trial"]
 
 _SEEN = {True: "more than the student sees", False: "what the student sees", None: "perhaps more than the student sees"}
-_SHOWN = 6  # turns of the episode
+_SHOWN = 6  # greatest number of turns of the episode
 
 
 class Line(NamedTuple):
-    """A line of what was found out."""
+    """A line of the result."""
 
     about: str
     text: str
     good: bool | None = None
-    """Whether it is as it should be; None: it is neither good nor bad."""
+    """Whether it is as it should be; None: neutral."""
 
 
 def facts(subject: Registered, **options: Any) -> Iterator[Line]:
-    """What planned teachers know of an environment: the tier, or why there is none, and what they say.
+    """The knowledge of planned teachers about an environment: the tier, or why there is none, and their claims.
 
     Args:
         subject: the environment.
-        options: of its world, and `oracle`, the planner to ask, or its spec; without one, each tier is asked.
+        options: options of its world, and `oracle`, a planner or its spec; without it, all tiers are tried.
     """
     oracle = options.get("oracle", "auto")
     if oracle == REWARDS:
@@ -76,12 +76,12 @@ def facts(subject: Registered, **options: Any) -> Iterator[Line]:
 
 
 def trial(subject: Registered, options: Mapping[str, Any], seed: int = 0) -> Iterator[Line]:
-    """What is found out about an environment, step by step.
+    """The results of a trial of an environment, step by step.
 
     Args:
         subject: the environment.
-        options: of its world.
-        seed: of the episode.
+        options: options of its world.
+        seed: the seed of the episode.
 
     Raises:
         ValueError: the environment cannot be made.
@@ -110,7 +110,7 @@ def trial(subject: Registered, options: Mapping[str, Any], seed: int = 0) -> Ite
     yield from facts(subject, **options)
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RewardsOnlyWarning)  # the reasons are said already
+            warnings.simplefilter("ignore", RewardsOnlyWarning)  # the reasons are listed already
             lesson = subject.for_lesson(Settings(options=options))
     except PlanningError:
         lesson = subject.for_lesson(Settings(options={**own, "oracle": REWARDS}))
@@ -119,12 +119,12 @@ def trial(subject: Registered, options: Mapping[str, Any], seed: int = 0) -> Ite
 
 
 def _broken(env: gymnasium.Env[Any, Any]) -> str | None:
-    """How an environment breaks Gymnasium's interface; None if it does not."""
+    """The violation of Gymnasium's interface by an environment; None without one."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             check_env(env.unwrapped, skip_render_check=True)
-    except Exception as error:  # its checks are assertions, and environments raise errors of many kinds
+    except Exception as error:  # its checks are assertions, and environments may raise anything
         return f"{type(error).__name__}: {error}; mend this first: gymnasium.utils.env_checker.check_env shows it"
     return None
 
@@ -142,7 +142,7 @@ def _repeats(subject: Registered, options: Mapping[str, Any]) -> bool:
 
 
 def _episode(lesson: Subject, seed: int) -> Iterator[Line]:
-    """One taught episode, of a student that obeys; of a long one the first turns."""
+    """One taught episode of an obedient student, or the first turns of a long one."""
     student = parse_student("obedient")
     with contextlib.closing(StudentEnv(lesson)) as env:
         world = env.session.world
@@ -158,10 +158,10 @@ def _episode(lesson: Subject, seed: int) -> Iterator[Line]:
 
 
 def _missing(plan: Planned | None, counted: bool, limited: bool) -> Iterator[Line]:
-    """What would make the lesson better, and the argument of `teach` and `Lesson` that supplies it.
+    """Possible improvements of the lesson, with the argument of `teach` and `Lesson` for each.
 
     Args:
-        plan: of the teacher.
+        plan: the teacher's plan.
         counted: whether actions are numbered, so that each can have a word.
         limited: whether the environment has a limit of turns.
     """

@@ -1,4 +1,4 @@
-"""The server: its routes and their handlers."""
+"""The server: routes and handlers."""
 
 import asyncio
 import json
@@ -56,14 +56,14 @@ def make_app(stores: Sequence[Path] = (), ids: Sequence[str] = ()) -> ASGIApp:
     """The application.
 
     Args:
-        stores: their episodes are shown.
-        ids: of environments of Gymnasium's registry, which are offered beside ours.
+        stores: the stores whose episodes the page shows.
+        ids: environments of Gymnasium's registry that the page offers beside ours.
 
     Raises:
         StoreError: a path is no store.
     """
     for path in stores:
-        load(path).close()  # raises the error if there is no store
+        load(path).close()  # raises StoreError
     return _Pages(stores, ids).app()
 
 
@@ -130,7 +130,7 @@ class _Pages:
     # Lessons.
 
     async def start(self, request: Request) -> Response:
-        """The page that offers lessons."""
+        """The page with the form for a lesson."""
         families: dict[str, list[str]] = {}
         for id, each in entries().items():
             if not each.family.missing():
@@ -173,14 +173,14 @@ class _Pages:
         return await self._state(opened, seat, request.query_params.get("since", ""))
 
     async def move(self, request: Request) -> Response:
-        """A turn, whose number is in `turn`: `act`, `claims`, `say` or `personality`; of a watcher nothing else."""
+        """Play turn number `turn`: `act`, `claims`, `say` or `personality`; a watcher gives only the number."""
         opened, seat = await self._found(request)
         given = await _body(request)
         await self._do(self.lessons.move, opened, seat, _parse_turn(given, seat), given.get("turn"))
         return await self._state(opened, seat, _since(given))
 
     async def undo(self, request: Request) -> Response:
-        """Take the last turn back, that of the number `turn`."""
+        """Take back the last turn, which has the number `turn`."""
         opened, seat = await self._found(request)
         given = await _body(request)
         await self._do(self.lessons.undo, opened, seat, given.get("turn"))
@@ -193,7 +193,7 @@ class _Pages:
         return Response(await self._do(picture, opened.lesson, seat, theme), media_type="image/png")
 
     async def episode(self, request: Request) -> Response:
-        """The whole episode with the label of each claim, when it is over."""
+        """The whole episode with the label of each claim, after its end."""
         opened, _ = await self._found(request)
         record = await self._do(opened.lesson.record)
         turns = prepare_turns(unpack_turns(pack_turns(record.turns)), record.episode.family)
@@ -202,7 +202,7 @@ class _Pages:
         return self._page("episode.html.j2", episode=values, turns=turns, downloads=DOWNLOADS, asked=asked)
 
     async def film(self, request: Request) -> Response:
-        """Begin the film of the episode, when it is over and there is none; says whether it is made."""
+        """Begin the film of the episode, after its end and if there is none; the answer tells whether it is made."""
         opened, _ = await self._found(request)
         opened.lesson.check_over()
         if opened.film is None:
@@ -210,7 +210,7 @@ class _Pages:
         return JSONResponse({"made": self._film(opened) is not None})
 
     async def made_film(self, request: Request) -> Response:
-        """The film of the episode as a file, when it is made."""
+        """The film of the episode as a file, once it is made."""
         opened, _ = await self._found(request)
         film = self._film(opened)
         if film is None:
@@ -219,7 +219,7 @@ class _Pages:
 
     @staticmethod
     def _film(opened: OpenLesson) -> bytes | None:
-        """The film; None: there is none yet. A failure is raised once, and the next request begins anew."""
+        """The film; None while it is not made. Raises a failure once; the next request begins anew."""
         film = opened.film
         if film is None or not film.done():
             return None
@@ -228,7 +228,7 @@ class _Pages:
         return film.result()
 
     async def download(self, request: Request) -> Response:
-        """The episode as a file, when it is over."""
+        """The episode as a file, after its end."""
         opened, _ = await self._found(request)
         ending = request.path_params["ending"]
         if ending not in DOWNLOADS:
@@ -285,7 +285,7 @@ def _file(key: str, ending: str, media_type: str, made: bytes) -> Response:
 def _has(store: Store, key: str) -> bool:
     try:
         return store.has(key)
-    except ValueError:  # it is no hexadecimal number
+    except ValueError:  # not a hexadecimal number
         return False
 
 
@@ -294,7 +294,7 @@ async def _body(request: Request) -> dict[str, Any]:
 
     Raises:
         ValueError: it is something else.
-        HTTPException: it is too long, incomplete, or of another content type.
+        HTTPException: it is too long, incomplete, or has another content type.
     """
     if request.headers.get("content-type", "").partition(";")[0].strip() != "application/json":
         raise HTTPException(415, "the content type must be application/json; send JSON")
@@ -304,7 +304,7 @@ async def _body(request: Request) -> dict[str, Any]:
             body += part
             if len(body) > LARGEST:
                 raise HTTPException(413, f"the request body is too long; allowed: at most {LARGEST} bytes")
-    except ClientDisconnect:  # whom the answer does not reach
+    except ClientDisconnect:  # the answer does not reach the client
         raise HTTPException(400, "the request body is incomplete; send it again") from None
     try:
         given = json.loads(body or b"{}")
@@ -320,10 +320,10 @@ def _since(given: Mapping[str, Any]) -> str:
 
 
 def _parse_turn(given: Mapping[str, Any], seat: str) -> Any:
-    """The turn in a request body, for `LiveLesson.move`.
+    """The move in a request body, for `LiveLesson.move`.
 
     Raises:
-        ValueError: there is no turn in it.
+        ValueError: the body has no move.
     """
     if seat == STUDENT:
         return _text(given, "act")

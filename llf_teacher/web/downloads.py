@@ -51,11 +51,11 @@ DOWNLOADS = {
     "jsonl": Download("application/jsonl", "chat: as messages", _write_chat),
     "db": Download("application/vnd.sqlite3", "a store of a study, with this row", _write_store),
 }
-"""The formats by the ending of the file's name, without the film, which takes longer."""
+"""The formats by the ending of the file's name, without the film, which has its own route."""
 
 
 def content(ending: str, record: Record) -> bytes:
-    """The bytes of an episode's file in a format; no file is left on the server."""
+    """The bytes of an episode's file in a format; no file stays on the server."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"download.{ending}"
         DOWNLOADS[ending].write(path, record)

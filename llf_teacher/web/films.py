@@ -1,4 +1,4 @@
-"""Films of episodes: made in another process, so that the page answers meanwhile."""
+"""Films of episodes, made in another process, so that the page keeps answering."""
 
 import multiprocessing
 import tempfile
@@ -21,21 +21,21 @@ class Films:
         self._pool: ProcessPool | None = None
 
     def begin(self, plan: Plan, inputs: Sequence[Input]) -> "Future[bytes]":
-        """The film of a lesson as a GIF, once it is made; it is not if the future is cancelled before."""
+        """A future for the film of a lesson as a GIF; cancel it to give the film up."""
         if self._pool is None:
             self._pool = ProcessPool(1, context=multiprocessing.get_context("spawn"))
         made: Future[bytes] = self._pool.schedule(as_gif, args=(plan, list(inputs)))
         return made
 
     def close(self) -> None:
-        """End the process; a film that is being made is given up."""
+        """End the process; an unfinished film is given up."""
         if self._pool is not None:
-            self._pool.stop()  # type: ignore[no-untyped-call]  # the package has types but for a few
+            self._pool.stop()  # type: ignore[no-untyped-call]  # some of the package's functions have no types
             self._pool.join()
 
 
 def as_gif(plan: Plan, inputs: Sequence[Input]) -> bytes:
-    """Play a lesson again, and film it; no file is left."""
+    """Play a lesson again, and film it; no file stays."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "film.gif"
         save(frames(plan, inputs), path)

@@ -7,7 +7,7 @@ from starlette.responses import PlainTextResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 NAMES = frozenset({"127.0.0.1", "localhost"})
-"""The names of the server, which is reached from its own machine alone."""
+"""The names of the server, which only its own machine reaches."""
 _POLICY = "; ".join(
     (
         "default-src 'none'",
@@ -29,7 +29,7 @@ _HEADERS = {
 class Guard:
     """Refuses requests with a foreign `Host`, or from a foreign page.
 
-    The check of `Host` stops DNS rebinding, where the name of a foreign page leads to this server.
+    The check of `Host` stops DNS rebinding, in which a foreign page's name leads to this server.
 
     Args:
         app: handles the other requests.
@@ -55,7 +55,7 @@ class Guard:
 
 
 def _refusal(scope: Scope) -> Response | None:
-    """The answer to a request that is refused."""
+    """The answer to a refused request."""
     headers = Headers(scope=scope)
     host = headers.get("host", "")
     if _name(host) not in NAMES:

@@ -59,7 +59,7 @@ class PlannedLesson(LiveLesson):
 
 
 def frames(plan: Plan, inputs: Iterable[Input], theme: str = "light") -> list[Frame]:
-    """The frames of all turns of a lesson, with the truth; the episode is played again for them."""
+    """The frames of all turns of a lesson, with the truth; plays the episode again."""
     filmed = _Filmed(plan, theme)
     filmed.play_again(inputs)
     filmed.close()

@@ -22,24 +22,24 @@ class OpenLesson:
 
     lesson: PlannedLesson
     tokens: dict[str, str]
-    """By seat the last part of its address."""
+    """For each seat, the last part of its address."""
     version: int = 0
     """The number of changes."""
     film: "Future[bytes] | None" = None
-    """The film of the episode, once it was asked for."""
+    """The film of the episode, once it was requested."""
 
     def forget_film(self) -> None:
-        """Give up a film that is being made, or was made."""
+        """Give up a film, finished or not."""
         if self.film is not None:
             self.film.cancel()
             self.film = None
 
 
 class OpenLessons:
-    """The lessons of a page. Beyond `MOST` of them, the one whose last request is the oldest is closed."""
+    """The lessons of a page. If there are more than `MOST`, the lesson with the oldest last request is closed."""
 
     def __init__(self) -> None:
-        self._open: list[OpenLesson] = []  # the last request of the first is the oldest
+        self._open: list[OpenLesson] = []  # the first lesson has the oldest last request
         self._seats: dict[str, tuple[OpenLesson, str]] = {}
 
     def __len__(self) -> int:
@@ -83,23 +83,23 @@ class OpenLessons:
         Args:
             opened: the lesson.
             seat: the seat.
-            what: as of `PlannedLesson.move`.
-            turn: the turn that the move is for, so that the same move does not count twice.
+            what: as in `PlannedLesson.move`.
+            turn: the turn of the move, so that a repeated request does not count twice.
 
         Raises:
-            OutOfTurnError: the lesson is at another turn, or as of `PlannedLesson.move`.
-            ValueError: as of `PlannedLesson.move`.
+            OutOfTurnError: the lesson is at another turn, or as in `PlannedLesson.move`.
+            ValueError: as in `PlannedLesson.move`.
         """
         _check_turn(opened.lesson, turn)
         opened.lesson.move(seat, what)
         opened.version += 1
 
     def undo(self, opened: OpenLesson, seat: str, turn: Any) -> None:
-        """Take the last turn back; `turn` as for `move`.
+        """Take back the last turn; `turn` as in `move`.
 
         Raises:
             OutOfTurnError: the lesson is at another turn.
-            ValueError: as of `PlannedLesson.undo`.
+            ValueError: as in `PlannedLesson.undo`.
         """
         _check_turn(opened.lesson, turn)
         opened.lesson.undo(seat)

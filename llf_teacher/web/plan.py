@@ -32,22 +32,22 @@ class Plan(NamedTuple):
 
     id: str
     seat: str
-    """The seat of its maker: `STUDENT`, `TEACHER` or `WATCHER`."""
+    """The seat of the lesson's maker: `STUDENT`, `TEACHER` or `WATCHER`."""
     two: bool
     """Whether a person has the other seat, too."""
     student: str
-    """The student's spec, where no person has its seat."""
+    """The student's spec, if no person has its seat."""
     settings: Settings
-    """The chosen ones: the `teacher` is a personality's spec, also where a person chooses among its claims or sees its
-    suggestions; `speech` is that of a person in its seat.
+    """The chosen settings: `teacher` is a personality's spec, also if a person chooses among its claims or sees its
+    suggestions; `speech` is the form of a person's speech in the teacher's seat.
     """
     seed: int
     bits: bool = False
-    """Whether it is shown how much each sentence says, but for the student."""
+    """Whether the page shows the information of each sentence, except to the student."""
 
     @property
     def options(self) -> dict[str, Any]:
-        """Options of the world beside those of its id: what measuring needs."""
+        """Options of the world that measuring needs, beside the id's."""
         return dict(entry(self.id).family.posterior_needs) if self.bits else {}
 
     @property
@@ -90,11 +90,11 @@ def students() -> tuple[str, ...]:
 
 
 def read_plan(given: Mapping[str, Any], ids: Collection[str] = ()) -> Plan:
-    """The plan of the form's values. Only registered names are looked up: no value makes a module be imported.
+    """The plan of the form's values. It looks up only registered names: no value can import a module.
 
     Args:
         given: the values.
-        ids: of Gymnasium's registry that are offered.
+        ids: the offered environments of Gymnasium's registry.
 
     Raises:
         ValueError: a value is missing or not allowed; the message lists what is.

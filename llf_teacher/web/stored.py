@@ -11,7 +11,7 @@ _SOUGHT = ("id", "teacher", "student", "instruction_type", "feedback_type", "see
 
 
 def search(store: Store, words: str) -> tuple[list[dict[str, Any]], bool]:
-    """The first `PAGE` episodes in which all words occur, and whether there are more."""
+    """The first `PAGE` episodes that contain all words, and whether there are more."""
     sought = words.lower().split()
     fits = (row for row in store.rows() if all(any(w in f"{row[name]}".lower() for name in _SOUGHT) for w in sought))
     rows = list(itertools.islice(fits, PAGE + 1))

@@ -19,17 +19,17 @@ from pz_envs.seats import STUDENT, TEACHER
 from teachers.atoms import FeedbackType, Label
 from teachers.words import VERDICTS, VerdictWord
 
-_MANY_WORDS = 24  # of a world, or numbers of its actions, for each of which there is a button
+_MANY_WORDS = 24  # greatest number of words or actions of a world that get buttons
 
 
 def state(opened: OpenLesson, seat: str, pages: jinja2.Environment, since: str = "") -> dict[str, Any]:
-    """The lesson as a seat may see it.
+    """The state of a lesson for a seat.
 
     Args:
         opened: the lesson.
         seat: the seat.
         pages: the templates, with the macro of a turn.
-        since: the `mark` of an earlier state, whose turns are left out; empty: none are.
+        since: the `mark` of an earlier state, whose turns are left out; empty: all turns.
     """
     lesson = opened.lesson
     renderer = lesson.renderer(seat)
@@ -90,7 +90,7 @@ def _sentence(
     bits: str | None = None,
     code: str = "",
 ) -> dict[str, str]:
-    """A sentence with its kind, its verdict, how much it says and its claim, and all of it as HTML."""
+    """A sentence with its kind, its verdict, its information and its claim, and all of these as HTML."""
     macro = pages.get_template("theme/episode.html.j2").module.sentence  # type: ignore[attr-defined]  # a macro of it
     return {
         "kind": f"{kind or ''}",
@@ -101,7 +101,7 @@ def _sentence(
 
 
 def _own_words(lesson: PlannedLesson, pages: jinja2.Environment) -> list[dict[str, str]]:
-    """What a person last said in its own words, sentence by sentence: what was understood, and whether it holds."""
+    """A person's last own words, sentence by sentence: the claim that was read, and whether it holds."""
     if not lesson.rows:
         return []
     last = lesson.rows[-1]
@@ -113,7 +113,7 @@ def _own_words(lesson: PlannedLesson, pages: jinja2.Environment) -> list[dict[st
 
 
 def _to_teach(lesson: PlannedLesson, pages: jinja2.Environment) -> dict[str, Any]:
-    """The choices of a person that teaches."""
+    """The choices of a teaching person."""
     if lesson.settings.speech == "message":
         return {"suggestion": escape_control_chars(lesson.suggestion()), "understood": _own_words(lesson, pages)}
     listed = lesson.listed()
@@ -127,7 +127,7 @@ def _to_teach(lesson: PlannedLesson, pages: jinja2.Environment) -> dict[str, Any
 
 
 def _to_learn(lesson: PlannedLesson) -> dict[str, Any]:
-    """The actions of a person that learns."""
+    """The actions of a learning person."""
     world = lesson.session.world
     words, space = list(world.action_words), world.action_space
     if not words and isinstance(space, spaces.Discrete):
@@ -140,7 +140,7 @@ def _to_learn(lesson: PlannedLesson) -> dict[str, Any]:
 
 
 def picture(lesson: PlannedLesson, seat: str, theme: str) -> bytes:
-    """The world as a seat may see it, as a PNG: without words, which the page has.
+    """The world for a seat as a PNG, without the words, which the page shows.
 
     Raises:
         ValueError: there is no such theme.
@@ -152,6 +152,6 @@ def picture(lesson: PlannedLesson, seat: str, theme: str) -> bytes:
 
 
 def links(opened: OpenLesson, seat: str) -> dict[str, str]:
-    """The addresses of the other seats that a person has, by the names of the seats."""
+    """The addresses of the other seats with people, by the names of the seats."""
     shares = opened.lesson.plan.seat == seat and seat != WATCHER
     return {NAMES[other]: f"/seat/{token}" for other, token in opened.tokens.items() if other != seat and shares}

@@ -1,1 +1,4 @@
-"""One declaration a family. Each module offers `env`, `raw_env` and `parallel_env`, as PettingZoo's modules do."""
+"""The declarations of families, one module each.
+
+Each module offers `env`, `raw_env` and `parallel_env`, as PettingZoo's modules do.
+"""

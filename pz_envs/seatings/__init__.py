@@ -1,1 +1,1 @@
-"""One way to seat teachers and students a module, named as in `raw_env(seating=...)`."""
+"""The ways to seat teachers and students, one module each, named as in `raw_env(seating=...)`."""

@@ -27,7 +27,7 @@ __all__ = ["MOST", "SEATING", "Classroom", "ClassroomEnv"]
 
 MOST = 64
 """Greatest number of students."""
-_ATTENDED = 5  # the column of `students`
+_ATTENDED = 5  # index of this column of `students`
 
 
 class ClassroomEnv(SeatsEnv):
@@ -38,24 +38,24 @@ class ClassroomEnv(SeatsEnv):
     Turn order:
         `reset` gives every student the instruction, free of charge. Then rounds follow. In a round the teacher is
         first: it has up to `attention` turns, and addresses one student in each, or nobody, which ends its part of the
-        round. A student that is not addressed hears nothing; but with `speech="kinds"`, if its last text was no action,
-        it hears the notice of that, free of charge. With `speech="message"` only the teacher can say so. Then every
-        student that is left acts, in the order of the numbers. A student whose episode has ended (by the world, after
+        round. A student without address hears nothing, with one exception: with `speech="kinds"` it hears, free of
+        charge, that its last text was no action. With `speech="message"` only the teacher can say so. Then every
+        remaining student acts, in the order of the numbers. A student whose episode has ended (by the world, after
         `max_cycles` turns, or by success if `until_success` holds and the task is not repeated) can be addressed for
         the last time in the teacher's next part; then it is terminated or truncated and leaves `agents`. When the last
         student leaves, the teacher's episode ends, too: terminated if every student was, else truncated.
 
     Student:
         Observation, action and info are those of `TutoringEnv`'s student. With `ask_cost` it may ask, once a turn. It
-        pays, and its world does not step; the teacher has one extra turn at once, for this student only, to give
-        advice; then the student acts.
+        pays, and its world does not step. The teacher at once has an extra turn to advise this student; then the
+        student acts.
 
     Teacher, `speech="kinds"`:
         Observation: Dict of
             `students`, Box (n, 6) float32, per student: turn / max_cycles, 0 to 1; its last reward, in the world's
             `reward_range`; importance of its next action, 0 to the oracle's `max_importance`; 1 if its episode is
             over, else 0; 1 until it leaves, else 0; 1 if it was addressed in this round, else 0;
-            `available`, MultiBinary (n, 5): the kinds of which there is a claim for it, in the order r, hp, hn, fp, fn;
+            `available`, MultiBinary (n, 5): the kinds with a claim for it, in the order r, hp, hn, fp, fn;
             `remaining`, Box (2,) float32: share of the round's attention and share of the budget that are left, 0 to 1;
             `action_mask`, int8 (1 + 31 n,);
             `asking`, MultiBinary (n,), only with `ask_cost`: the student that asks.
@@ -70,10 +70,10 @@ class ClassroomEnv(SeatsEnv):
         Action: Dict of `student`, Discrete(n + 1), 0 for nobody, i + 1 for student i, and `words`, `Prose`; an
         `Utterance` brings its atoms along. Atoms of the instruction are left out.
     Info of the teacher: the privileged `moments`, a tuple with a `Moment` per student; `asking`, the number of the
-    student that asks, if one does; with `kinds` also `trimmed`, the kinds of its last action of which nothing was said,
-    as a subset's number; with `message` also `suggestions`, per student what the personality would say (empty for a
-    student that has left), and `suggestion`, its answer to a question.
-    Attention for a student that has left, or for the second time in a round, is lost.
+    student that asks, if one does; with `kinds` also `trimmed`, the kinds of its last action that were left unsaid, as
+    a subset's number; with `message` also `suggestions`, per student what the personality would say (empty for a
+    student that has left), and `suggestion`, its answer to a question. Attention for a student that has left, or for
+    the second time in a round, is lost.
 
     Rewards: at a student's step it gets its world's reward, and the teacher its `teacher_reward`; so over a round the
     teacher gets the sum over the class. At the teacher's step it pays `attention_cost` for addressing a student, and
@@ -85,8 +85,8 @@ class ClassroomEnv(SeatsEnv):
 
     Args:
         lessons: the parts of one session per student, with equal settings and one budget.
-        settings: of each session.
-        name: its first label.
+        settings: the settings of each session.
+        name: the environment's first label.
         attention: students that the teacher can address in a round, 1 to their number.
         same_world: whether all students begin in equal worlds.
         attention_cost: paid by the teacher for addressing a student, at least 0.
@@ -142,7 +142,7 @@ class ClassroomEnv(SeatsEnv):
         """Begin an episode; without a seed the random streams go on. `options` are the worlds'."""
         world = self.sessions[0].world
         options = known_options(options, world)
-        world.check_reset(options)  # before any session begins
+        world.check_reset(options)  # checked before any session begins
         if seed is None:
             self.seeds.episode += 1
         else:
@@ -285,7 +285,7 @@ class ClassroomEnv(SeatsEnv):
     def _teach(self, action: Any) -> None:
         """The teacher's turn."""
         i, said = self._parse_action(action)
-        self._trimmed = 0 if i is None else said  # all of it, until it is heard
+        self._trimmed = 0 if i is None else said  # the student has heard nothing of it yet
         reward = 0.0
         if self._asking is not None:
             self._answer(self._asking, i, said)
@@ -303,7 +303,7 @@ class ClassroomEnv(SeatsEnv):
             self._end_teacher_part()
 
     def _answer(self, asking: int, i: int | None, said: Any) -> None:
-        """The teacher's answer to the student that asks; words for another student are not heard."""
+        """The teacher's answer to the student that asks; words for another student are lost."""
         reward = 0.0 if i is None else -self.attention_cost
         if i == asking:
             reward += self._say(asking, said)
@@ -318,13 +318,13 @@ class ClassroomEnv(SeatsEnv):
         """Speak to a student; returns the teacher's reward."""
         session, teacher = self.sessions[i], self.teacher_views[i]
         reward = teacher.act(said)
-        if not session.heard:  # one claim a turn
+        if not session.heard:  # each turn says one claim
             session.choose(0)
         self._trimmed = teacher.teacher_turn.trimmed if self.speech == "kinds" else self._trimmed
         return reward
 
     def _end_turn(self, i: int) -> None:
-        """Say nothing to a student, except for the free notice that its text was no action."""
+        """Say nothing to a student, apart from the free notice that its text was no action."""
         session = self.sessions[i]
         if self.speech == "message" or session.asked:
             session.say(SILENCE)
@@ -332,7 +332,7 @@ class ClassroomEnv(SeatsEnv):
             session.say_kinds(0)
 
     def _parse_action(self, action: Any) -> tuple[int | None, Any]:
-        """The student that an action addresses, and what it says: a subset, a claim's number or words.
+        """The student that an action addresses, and its content: a subset, a claim's number or words.
 
         Raises:
             ValueError: the action is outside the action space.
@@ -427,7 +427,7 @@ class ClassroomEnv(SeatsEnv):
             more["claims"] = spaces.Box(0, 1, (count, CLAIMS, len(CLAIM_COLUMNS)), np.int8)
         if self.sessions[0].ask_cost is not None:
             more["asking"] = spaces.MultiBinary(count)
-        keep = [0, 1, 2, 4, 4, 4]  # presence and attendance have the bounds of `over`
+        keep = [0, 1, 2, 4, 4, 4]  # `present` and `addressed` have the bounds of `over`
         return spaces.Dict(
             {
                 "students": spaces.Box(np.tile(low[keep], (count, 1)), np.tile(high[keep], (count, 1))),

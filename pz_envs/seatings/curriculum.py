@@ -24,7 +24,7 @@ __all__ = ["CURRICULUM", "SEATING", "Curriculum", "CurriculumEnv", "CurriculumTa
 
 CURRICULUM = "curriculum_0"
 AHEAD = "ahead"
-"""The key of a task that says where its lessons start."""
+"""The key of a task for the start of its lessons."""
 _STARTS: tuple[Mapping[str, Any], ...] = ({AHEAD: 0.75}, {AHEAD: 0.5}, {AHEAD: 0.25}, {})
 _COLUMNS = (
     "share of the lessons that were spent on the task",
@@ -35,34 +35,34 @@ _COLUMNS = (
 
 
 class CurriculumTask(NamedTuple):
-    """What the curriculum can choose."""
+    """A task: a choice of the curriculum."""
 
     options: Mapping[str, Any]
-    """The world's."""
+    """Options of the world."""
     ahead: float
-    """Share of the oracle's plan from the opening that is done at the start, 0 to 1."""
+    """Share of the oracle's plan from the opening that is already done at the start, 0 to 1."""
 
 
 class CurriculumEnv(LifetimeEnv):
     """An AEC environment with the agents `curriculum_0`, `teacher_0` and `student_0`: lessons in tasks of its choice.
 
     Turn order: `curriculum_0` chooses a task; then teacher and student play a lesson in it, as in `TutoringEnv`, whose
-    spaces and rewards they have. So it goes on for all `lessons`. Then `tests` lessons of the last task follow, in
-    which nothing is chosen; then all agents end. The student's info has the last step of the lesson before, and
+    spaces and rewards they have. This repeats for all `lessons`. Then `tests` lessons of the last task follow, without
+        a choice; then all agents end. The student's info has the last step of the lesson before, and
     teachers observe `episode`, as in `LifetimeEnv`; budgets are for all lessons.
 
-    Curriculum: Observation: flat Box, float32, with `curriculum_fields`: the share of the lessons that are left, and of
-    each task how often it was chosen and what the student earned in it. Action: Discrete(number of tasks). Reward: at
-    the end of each test, the student's return in it; else 0. Info: `task`, that of the last lesson, -1 before the
-    first, and `returns`, what the student earned in it.
+    Curriculum: Observation: flat Box, float32, with `curriculum_fields`: the share of remaining lessons, and for each
+    task how often it was chosen and the student's return in it. Action: Discrete(number of tasks). Reward: at the end
+    of each test, the student's return in it; else 0. Info: `task`, the task of the last lesson, -1 before the first,
+    and `returns`, the student's return in it.
 
-    A task is one of the world's options, such as a `town`, and of a start: lessons of a task begin in the same state of
-    the world of the seed, with fresh randomness.
+    A task consists of options of the world, such as a `town`, and of a start: all lessons of a task begin in the same
+    state of the seed's world, with fresh randomness.
 
     Args:
         rooms: an environment for each task; tasks with the same options share one.
-        tasks: the tasks, the last of which is the one that counts.
-        lessons: number of lessons that are chosen, at least 1.
+        tasks: the tasks; tests use the last one.
+        lessons: number of lessons with a choice, at least 1.
         tests: number of lessons of the last task after these, at least 0.
 
     Raises:
@@ -103,11 +103,11 @@ class CurriculumEnv(LifetimeEnv):
 
     @property
     def unwrapped(self) -> SeatsEnv:
-        """The environment itself."""
+        """The same environment."""
         return self
 
     def fields_of(self, agent: str) -> tuple[Field, ...]:
-        """The fields of an agent's observation, if that is one array; else none."""
+        """The fields of an agent's observation if it is one array, else an empty tuple."""
         return self.curriculum_fields if agent == CURRICULUM else super().fields_of(agent)
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
@@ -117,7 +117,7 @@ class CurriculumEnv(LifetimeEnv):
         self._begin(options)
 
     def start_next_episode(self, start: Any = None, options: dict[str, Any] | None = None) -> None:
-        """Begin again: the streams go on, and what was spent of budgets stays spent."""
+        """Begin again: the streams go on, and spent budgets stay spent."""
         for room in dict.fromkeys(self.rooms):
             room.start_next_episode(start, options)
         self._begin(options)
@@ -189,7 +189,7 @@ class CurriculumEnv(LifetimeEnv):
         self.agent_selection = self.seats.agent_selection
 
     def _go_on(self) -> None:
-        """A lesson has ended: let the curriculum choose, or begin a test, or end."""
+        """After a lesson, let the curriculum choose, begin a test, or end."""
         self._earned[self.task].append(self._return)
         if self.episode > self.lessons:
             self.rewards[CURRICULUM] = self._return
@@ -207,10 +207,10 @@ class CurriculumEnv(LifetimeEnv):
     def _choices(self) -> dict[str, Any]:
         return {"task": self.task, "returns": self._return}
 
-    # The state of all seats: the rooms differ in their bounds alone.
+    # The state of all seats; between rooms only the bounds differ.
 
     def shared(self) -> list[Shared]:
-        """Those of a lifetime, and the task."""
+        """The numbers of a lifetime, and the task."""
         now = [Shared(f"task_{i}", "1 in lessons of this task", float(i == self.task)) for i in range(len(self.tasks))]
         return [*super().shared(), *now]
 
@@ -231,7 +231,7 @@ class CurriculumEnv(LifetimeEnv):
 
 
 def _way(room: TutoringEnv) -> list[Any]:
-    """The truths from the opening up to success, along the oracle's plans."""
+    """The truths along the oracle's plans, from the opening to success."""
     moment, oracle = Moment.opening(room.current_truth), room.session.teacher.oracle
     way = [moment.after]
     while len(way) <= room.max_turns and (plan := oracle.plan(moment.after, room.max_turns)):
@@ -266,11 +266,10 @@ class Curriculum(Seating):
 
         Args:
             subject: the subject.
-            settings: of all lessons.
+            settings: the settings of all lessons.
             tasks: at least one, each a mapping of the world's options and of `ahead`, the share of the oracle's plan
-                that is done at the start, from 0 to less than 1. The last is the one that counts. None: starts at 3/4,
-                1/2 and 1/4 of the plan, and at the opening; without plans, or where the task is repeated, the last
-                alone.
+                that is done at the start, from 0 to less than 1. Tests use the last task. None: starts at 3/4, 1/2 and
+                1/4 of the plan, and at the opening; without plans, or if the task is repeated, only the opening.
             lessons: their number, at least 1.
             tests: number of lessons of the last task after these, at least 0.
 
@@ -304,7 +303,7 @@ class Curriculum(Seating):
         return CurriculumEnv(rooms, read, lessons, tests)
 
     def seats(self, subject: Subject, settings: Settings, *, episodes: int = 1, **own: Any) -> SeatsEnv:
-        """The bare AEC environment, which is a lifetime by itself.
+        """The bare AEC environment, itself a lifetime.
 
         Raises:
             ValueError: an argument is not allowed.
@@ -315,7 +314,7 @@ class Curriculum(Seating):
 
 
 def _task(number: int, task: Mapping[str, Any], subject: Subject) -> CurriculumTask:
-    """A task as it was given."""
+    """The task of a given mapping."""
     options = {name: value for name, value in task.items() if name != AHEAD}
     if unknown := [name for name in options if name not in subject.options()]:
         allowed = ", ".join((AHEAD, *subject.options()))

@@ -43,7 +43,7 @@ def policies_of(teachers: Sequence[Any]) -> dict[int, Any]:
     """The policies among the teachers of a panel, by number.
 
     Raises:
-        ValueError: a teacher is none.
+        ValueError: an element is not a teacher.
     """
     found = {i: each for i, each in enumerate(teachers) if not isinstance(each, str | Personality | Teacher)}
     for i, each in found.items():
@@ -65,21 +65,21 @@ class PanelEnv(OneSessionEnv):
         more; then all agents end together, and the student has these words in the `last()` of its dead step.
 
     Student:
-        Observation: that of `TutoringEnv`'s student, where `feedback` has the words of all teachers, in the order in
-        which they spoke; and `said`, Dict of `teacher_<i>` (`Prose`), the words of each. Action and info are those of
-        `TutoringEnv`; each atom has its `speaker`.
+        Observation: as for `TutoringEnv`'s student, but `feedback` has the words of all teachers in speaking order;
+        and `said`, Dict of `teacher_<i>` (`Prose`), the words of each. Action and info as for `TutoringEnv`; each atom
+        has its `speaker`.
 
     Teacher, `speech="kinds"`:
         Observation: Dict of `available`, `features` and `action_mask` as in `TutoringEnv`, with its own budget, and
-        `heard`, MultiBinary (5): the kinds that others have said before it in this round, in the order r, hp, hn, fp,
-        fn. Action: Discrete(32), the subset of the kinds to say. It can say the claims of its own personality.
+        `heard`, MultiBinary (5): the kinds that other teachers have said earlier in this round, in the order r, hp, hn,
+        fp, fn. Action: Discrete(32), the subset of the kinds to say. It can say the claims of its own personality.
     Teacher, `speech="claims"`:
         As with `kinds`, and as in `TutoringEnv`: it acts again after each claim.
     Teacher, `speech="message"`:
-        Observation: Dict of `state`, `action` (`Prose`) as in `TutoringEnv`, and `heard` (`Prose`), the words of others
-        before it in this round. Action: `Prose`; an `Utterance` brings its atoms along. Atoms of the instruction are
-        left out.
-    Of the notice that the student's text was no action only the first in a round is heard.
+        Observation: Dict of `state`, `action` (`Prose`) as in `TutoringEnv`, and `heard` (`Prose`), the words of other
+        teachers earlier in this round. Action: `Prose`; an `Utterance` brings its atoms along. Atoms of the instruction
+        are left out.
+    If several teachers say that the student's text was no action, only the first notice in a round is heard.
     Info: the privileged `moment`; with `kinds` also `trimmed`, with `message` `suggestion`, with `claims` `claims`
     and `sentences`, as in `TutoringEnv`.
     A student that asks (`ask_cost`) asks all teachers: a round of answers follows, and then it acts.
@@ -90,9 +90,9 @@ class PanelEnv(OneSessionEnv):
     Seeds: as for `TutoringEnv`; each teacher has streams of its own. Without a seed the streams go on.
 
     Args:
-        parts: of a session with 1 to 16 teachers.
-        settings: of the session.
-        name: its first label.
+        parts: the parts of a session with 1 to 16 teachers.
+        settings: the settings of the session.
+        name: the environment's first label.
         order: `fixed` or `random`.
 
     Raises:
@@ -192,8 +192,8 @@ class Panel(Seating):
 
         Args:
             subject: the subject.
-            settings: of the lesson; cost and budget are each teacher's own.
-            teachers: 1 to 16 personalities, or teachers with one.
+            settings: the settings of the lesson; each teacher has its own cost and budget.
+            teachers: 1 to 16 personalities or teachers.
             order: `fixed` or `random`.
 
         Raises:
@@ -215,17 +215,17 @@ class Panel(Seating):
         return PanelEnv(parts, settings, subject.name, order=order)
 
     def parallel_env(self, subject: Subject, settings: Settings, **own: Any) -> ParallelSeats:
-        """The student alone; each teacher says all that its personality lets through.
+        """The student alone; each teacher says all claims of its personality.
 
-        A teacher may also be a policy with `reset(rng)` and `act(observation, info)`, which returns words or
-        claims. Then all see and say what a teacher does with `speech="message"`.
+        A teacher may also be a policy with `reset(rng)` and `act(observation, info)`, which returns words or claims.
+        Then all teachers observe and act as with `speech="message"`.
 
         Raises:
             ValueError: an argument is not allowed, such as `speech="message"` without a policy.
         """
         teachers = own.get("teachers", ())
         policies: Mapping[int, Any] = {}
-        if isinstance(teachers, Sequence) and not isinstance(teachers, str):  # else `raw_env` says what is wrong
+        if isinstance(teachers, Sequence) and not isinstance(teachers, str):  # otherwise `raw_env` raises the error
             policies = policies_of(teachers)
         if not policies or settings.speech == "claims":
             refuse_unread(settings.speech, settings.teacher_numbers)

@@ -21,30 +21,30 @@ class TutoringEnv(OneSessionEnv):
         Observation: Dict of `state` (the world's space; `Prose` with `text=True`), `instruction` and `feedback`
         (`Prose`), the teacher's last words, and `image`, if there is one. In an opening utterance with atoms the advice
         for the first action is feedback and the rest is the instruction. Action: the world's space; `Prose` with
-        `text=True`. A text that is no action is a `ParseFailure` (in the info as `parse_failure`): the world does not
-        step, the turn counts. Info: the world's, with `success`, and `atoms`, the claims heard last.
-        With `numbers=True` the observation is one flat Box, float32, of the state and the claims; see
-        `pz_envs.numbers`, and `student_view.fields` for its layout. The action is the world's, the info has no `atoms`.
+        `text=True`. A text that is not an action is a `ParseFailure` (in the info as `parse_failure`): the world does
+        not step, the turn counts. Info: the world's, with `success`, and `atoms`, the claims heard last. With
+        `numbers=True` the observation is one flat Box, float32, of the state and the claims; see `pz_envs.numbers`, and
+        `student_view.fields` for its layout. The action is the world's, the info has no `atoms`.
 
     Teacher, `speech="message"`:
         Observation: Dict of `state` and `action` (`Prose`), the world and the student's last action as text.
-        Action: `Prose`; an `Utterance` brings its atoms along, of which the student hears those that `feedback_type`
-        allows. `{"claims": [...], "text": ...}` is made into one: each claim by the info's `vocabulary`, and worded by
-        the voice if there is no text. Info: the privileged `moment`, `suggestion`, the utterance of the session's
-        teacher, `vocabulary`, a `teachers.schema.Vocabulary` of the claims that can be said, and `unbuilt`, for each
-        claim of its last message that could not be made the reason.
+        Action: `Prose`; an `Utterance` brings its atoms along, and the student hears the atoms that `feedback_type`
+        allows. `{"claims": [...], "text": ...}` becomes an utterance: the info's `vocabulary` makes each claim, and the
+        voice words it if there is no text. Info: the privileged `moment`, `suggestion`, the utterance of the session's
+        teacher, `vocabulary`, a `teachers.schema.Vocabulary` of the claims that can be said, and `unbuilt`, the reason
+        for each claim of its last message that could not be made.
 
     Teacher, `speech="kinds"`:
         Observation: Dict of
-            `available`, MultiBinary(5): the kinds of which there is a claim, in the order r, hp, hn, fp, fn;
+            `available`, MultiBinary(5): the kinds with a claim, in the order r, hp, hn, fp, fn;
             `features`, Box (5,) float32: turn / max_turns, 0 to 1; the last reward, in the world's `reward_range`;
             importance of the next action, 0 to the oracle's `max_importance`; share of the budget that is left, 0 to 1,
             1 without a budget; 1 if the episode is over, else 0;
             `action_mask`, int8 (32,).
-        The claims are those of the session's teacher after its personality, which may be false if it errs.
+        The claims are those of the session's teacher after its personality; they may be false if the personality errs.
         Action: Discrete(32), the subset of kinds to say, bit i for kind i; kinds without a claim are skipped. The
-        instruction is given by `reset`. Info: the privileged `moment`, and `trimmed`, the kinds of its last action of
-        which nothing could be said, as a subset's number.
+        instruction is given by `reset`. Info: the privileged `moment`, and `trimmed`, the kinds of its last action that
+        could not be said, as a subset's number.
 
     Teacher, `speech="claims"`:
         Observation: as with `kinds`, with `action_mask` int8 (33,), and `claims`, Box (32, 8) int8: per claim
@@ -56,17 +56,18 @@ class TutoringEnv(OneSessionEnv):
     Asking, with `ask_cost`: in place of an action the student may ask, once a turn; `pz_envs.text.questions` has the
     action. The world does not step and the turn does not count; the teacher gives advice (fp, fn) on the moment, with
     one more entry `asked`, MultiBinary(1), in its observation and `asked` in its info; then the student acts. A second
-    question in a turn is handled as a text that is no action: it costs the turn.
+    question in a turn counts as a text that is not an action: it costs the turn.
 
     Rewards: at the student's step it gets the world's reward, or pays `ask_cost` for a question, and the teacher gets
     its `teacher_reward`; at its own step the teacher pays `cost` for each atom of feedback, one for a text without any.
 
-    Seeds: `reset(seed)` is the bare world's; all other streams are those of `teachers.seeds.Seeds`, or go on.
+    Seeds: `reset(seed)` seeds the bare world; all other streams come from `teachers.seeds.Seeds`. Without a seed all
+    streams go on.
 
     Args:
-        parts: of `pz_envs.assembly.assemble`.
-        settings: the same as there.
-        name: its first label.
+        parts: the parts of a session, from `pz_envs.assembly.assemble`.
+        settings: the settings of the session.
+        name: the environment's first label.
     """
 
     def __init__(self, parts: Parts, settings: Settings, name: str = "tutoring") -> None:
@@ -97,7 +98,7 @@ class TutoringEnv(OneSessionEnv):
         if agent == STUDENT:
             reward = self.student_view.act(action)
             paid = self.teacher_view.reward()
-            # What is paid between two turns of an agent adds up, to a sum that is never -0.0.
+            # Rewards between two turns of an agent add up; the sum is never -0.0.
             self.rewards = {TEACHER: paid, STUDENT: reward}
             self._cumulative_rewards[TEACHER] += paid
             self._cumulative_rewards[STUDENT] = 0.0 + reward

@@ -15,7 +15,7 @@ from worlds.world import World
 __all__ = ["LONGEST", "TwoActions", "misnamed", "read_piece", "strict_value", "text_in", "the_one"]
 
 LONGEST = 1000
-"""Greatest length of an answer in a world whose actions are no texts."""
+"""Greatest length of an answer in a world whose actions are not texts."""
 _KEYS = ("action", "answer", "response", "final_answer", "move", "choice", "command", "output")
 _TOOL = ("arguments", "parameters", "args", "function", "function_call", "tool_call", "tool_calls")
 _FILLERS = frozenset(
@@ -91,12 +91,12 @@ def strict_value(answer: str, world: World[Any]) -> Any:
         action = world.read(value)
         return value if action is None else action
     if _has_truth_value(value):
-        raise ValueError("a truth value is no action")
+        raise ValueError("a truth value is not an action")
     return value
 
 
 def _meaning(form: str, world: World[Any], depth: int, sentences: bool) -> Any:
-    """The action of a bare form; None if it is no action."""
+    """The action of a bare form; None if it is not an action."""
     for read in (_word, _values, _numbers, _numbered):
         action = read(form, world)
         if action is not None:
@@ -113,7 +113,7 @@ def _legal(action: Any, world: World[Any]) -> Any:
 
 
 def _word(form: str, world: World[Any]) -> Any:
-    """The action of a world's word, or of a number if actions are numbers; else None."""
+    """The action for one of the world's words, or for a number if actions are numbers; else None."""
     try:
         action = world.read(form)
     except (ValueError, TypeError, OverflowError, RecursionError):
@@ -174,10 +174,10 @@ def misnamed(text: str, names: tuple[str, ...]) -> bool:
 
 
 def text_in(value: Any, names: Iterable[str]) -> str | None:
-    """The text in a JSON value: a string, a list of lines, or an object with one of these names; None if it has none.
+    """The text in a JSON value: a string, a list of lines, or an object with one of these names; None without a text.
 
     Raises:
-        TwoActions: it has different ones.
+        TwoActions: it has different texts.
     """
     if isinstance(value, list) and value and all(isinstance(line, str) for line in value):
         return "\n".join(value)
@@ -219,7 +219,7 @@ def _in_sentence(form: str, world: World[Any]) -> Any:
 
 
 def _from_value(value: Any, world: World[Any], depth: int) -> Any:
-    """The action of a JSON value; None if it is no action."""
+    """The action of a JSON value; None if it is not an action."""
     if isinstance(value, str):
         return read_piece(value, world, depth + 1)
     if isinstance(value, dict):
@@ -235,7 +235,7 @@ def _from_value(value: Any, world: World[Any], depth: int) -> Any:
 
 
 def _from_object(value: dict[str, Any], world: World[Any], depth: int) -> Any:
-    """The action of a JSON object or of one of its keys; None if there is none."""
+    """The action of a JSON object or of one of its keys; None without an action."""
     space = world.action_space
     keys = set(space.spaces) if isinstance(space, spaces.Dict) else set()
     if keys and value.keys() == keys:

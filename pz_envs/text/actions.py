@@ -49,7 +49,7 @@ _THOUGHT = re.compile(r"[\s*_#>]{0,9}(?:thoughts?|thinking|reasoning)[*_ ]{0,3}[
 _NOT = re.compile(
     r"(?=[nacoris])(?:(?<!have )(?<!has )(?<!that are )(?<!which are )\bnot|(?<!have)(?<!has)n['\u2019]t"
     r"|\b(?:never|cannot|avoid|skip|except|other than|rather than|instead of|anything but))\b"
-    r"(?P<what>(?>(?:[^,;.!?\n()\[\]{}]|[,.](?=[0-9])|\[[^\[\]]*\]|\([^()]*\)|\{[^{}]*\})*))",  # 3.11.2 errs by *+
+    r"(?P<what>(?>(?:[^,;.!?\n()\[\]{}]|[,.](?=[0-9])|\[[^\[\]]*\]|\([^()]*\)|\{[^{}]*\})*))",  # 3.11.2 fails on *+
     re.IGNORECASE,
 )
 _UNIT = r"cm|mm|km|centimet\w+|millimet\w+|inch(?:es)?|feet|degrees?|radians?|percent|%"
@@ -117,7 +117,7 @@ def parse_action(said: str | SplitReply, world: World[Any]) -> Any:
     thought, answer, text, unended = split_thought(said)
     unended = unended and bool(thought) and not answer
     if unended and _MARKER.search(text):
-        answer = behind_marker(text) or ""  # reasoning that never ends, and yet gives an answer
+        answer = behind_marker(text) or ""  # reasoning without an end may still give an answer
     got = answer if thought and answer else text
     answer = without_stops(first_answer(answer, world)[0])
     if not answer.strip() and (thought or not (world.verbatim and isinstance(world.action_space, spaces.Text))):
@@ -286,7 +286,7 @@ def _region(text: str, world: World[Any]) -> Any:
 
 
 def _reason(answer: str, world: World[Any]) -> str:
-    """Why an answer is no action."""
+    """Why an answer is not an action."""
     pieces = islice((piece for form in (_LIST, _WORD) for piece in form.findall(answer[:LONGEST])), 200)
     the_one(named := [read_piece(piece, world) for piece in pieces])
     if all(action is None for action in named):

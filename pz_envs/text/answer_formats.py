@@ -72,7 +72,7 @@ def request_fields(answer: str, world: World[Any] | None) -> dict[str, Any]:
         return {
             "tools": [{"type": "function", "function": act}],
             "tool_choice": "required",
-        }  # some endpoints accept no tool's name here
+        }  # some endpoints refuse a tool's name here
     return {}
 
 

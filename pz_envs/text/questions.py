@@ -46,7 +46,7 @@ def read_question(action: Any, space: spaces.Space[Any]) -> tuple[bool, Any]:
         said = split_thought(action).answer if isinstance(action, str | SplitReply) else ""
         return 0 < len(said) < 1000 and _ASK.fullmatch(said) is not None, action
     with suppress(ValueError, TypeError, OverflowError):  # an action of a student that never asks
-        canonical(space["action"], action)  # type: ignore[index]  # it is a Dict
+        canonical(space["action"], action)  # type: ignore[index]  # the space is a Dict
         return False, action
     if not isinstance(action, dict) or action.keys() != {"action", ASK} or action[ASK] not in (0, 1):
         raise ValueError(

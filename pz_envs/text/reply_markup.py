@@ -169,13 +169,13 @@ def labelled(text: str, nouns: Sequence[str] = ()) -> Iterator[Labelled]:
         closing = opened[::-1].translate(_MIRROR)
         if opened and not label["shut"] and not label["close"] and body.endswith(closing):
             body = body.removesuffix(closing).strip()
-        elif not opened and label["close"]:  # what opens the answer, not what closes the label
+        elif not opened and label["close"]:  # these open the answer, they do not close the label
             body = text[label.start("close") : end].strip()
         yield Labelled(body, label.start())
 
 
 def behind_marker(text: str) -> str | None:
-    """The text after the last `Response:`, which may be in bold or in a tag; None if there is none."""
+    """The text after the last `Response:`, which may be in bold or in a tag; None without it."""
     ends = [marker.end() for marker in _RESPONSE.finditer(text)]
     return _tag((), "/").split(text[ends[-1] :])[0].strip() if ends else None
 
@@ -269,7 +269,7 @@ def _inner(text: str) -> str:
 
 
 def _balanced(inner: str, begin: str, end: str) -> bool:
-    """Whether all brackets that open in a text close in it; False where both have the same character."""
+    """Whether all brackets in a text are closed; False for marks that open and close with the same character."""
     depth = 0 if begin != end else -1
     for character in inner:
         depth += (character == begin) - (character == end)

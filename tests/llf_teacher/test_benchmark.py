@@ -180,7 +180,7 @@ def test_all_that_users_call_is_compared(monkeypatch):
     assert "--all needs --against" in result.output
     result = CliRunner().invoke(app, ["dev", "benchmark", "--against", "HEAD~1", "--runs", "2"])
     assert result.exit_code == 2
-    assert "--runs is of the tables" in result.output
+    assert "--runs is for the tables" in result.output
 
 
 def test_a_process_answers():

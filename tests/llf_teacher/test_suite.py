@@ -339,7 +339,7 @@ def test_a_student_that_draws_worlds_is_left_out_where_it_cannot(store):
 def test_whatever_a_file_holds_is_no_card(tmp_path_factory, value):
     path = tmp_path_factory.mktemp("card") / "card.json"
     path.write_text(json.dumps(value))
-    with pytest.raises(CardError, match="is no card of the suite"):
+    with pytest.raises(CardError, match="is not a card of the suite"):
         Card.load(path)
 
 

@@ -102,7 +102,7 @@ def test_the_trace_is_the_environments_own():
         ({"phrases": "none.toml"}, "cannot read phrases from none.toml"),
         (
             {"action_words": {"left": 7}},
-            "the action_words name 'left' an action that is none: action 7 is .*; allowed: an integer from 0 to 1",
+            "action_words must name actions of the action space, got 'left': .*; allowed: an integer from 0 to 1",
         ),
     ],
 )

@@ -291,7 +291,7 @@ def test_what_is_too_great_stays_within_the_space():
     [
         ({"numbers": True, "text": True}, "text=True and numbers=True exclude each other"),
         ({"numbers": 3}, "numbers must be True or False, got 3"),
-        ({"embed": letters}, "embed= makes numbers of words; it needs numbers=True"),
+        ({"embed": letters}, "embed= needs numbers=True"),
         ({"numbers": True, "embed": lambda text: [[1.0]]}, "embed must give a vector of finite numbers, got"),
         ({"numbers": True, "embed": lambda text: [float("nan")]}, "embed must give a vector of finite numbers, got"),
         ({"numbers": True, "embed": lambda text: "abc"}, "embed must give a vector of finite numbers, got"),

@@ -101,7 +101,7 @@ def test_a_teacher_that_is_given_brings_its_own_settings():
     env = llf_teacher.make(ID, teacher=teacher)
     env.reset(seed=1)
     assert env.session.teacher is teacher
-    with pytest.raises(ValueError, match="feedback_type, voice: a Teacher that is given as it is has its own"):
+    with pytest.raises(ValueError, match="feedback_type, voice: a given Teacher has its own"):
         llf_teacher.make(ID, teacher=teacher, feedback_type="r", voice="warm")
 
 

@@ -143,5 +143,5 @@ def test_an_action_outside_its_space_changes_nothing_for_any_agent(name, round):
 
 @pytest.mark.parametrize("seating", ["tutoring", "classroom"])
 def test_teachers_and_students_do_not_act_at_once(seating):
-    with pytest.raises(ValueError, match="teachers and students are left, which do not act at the same time"):
+    with pytest.raises(ValueError, match="must be teachers alone or students alone, since both act in turns"):
         ParallelSeats(GRID.raw_env(seating=seating, speech="kinds"), {})

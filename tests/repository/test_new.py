@@ -60,9 +60,7 @@ def test_nothing_is_overwritten(kind, tmp_path):
     for each in others:
         each.unlink()
     first.write_text("mine")
-    with pytest.raises(
-        FileExistsError, match=f"{first.name} is there already, and nothing was written; choose another"
-    ):
+    with pytest.raises(FileExistsError, match=f"{first.name} exists already, and nothing was written; choose another"):
         write(kind, "maze", tmp_path)
     assert first.read_text() == "mine"
     assert not any(each.exists() for each in others)
@@ -70,7 +68,7 @@ def test_nothing_is_overwritten(kind, tmp_path):
 
 def test_a_package_of_the_name_counts(tmp_path):
     (clone(tmp_path) / "worlds" / "maze").mkdir()
-    with pytest.raises(FileExistsError, match="maze is there already"):
+    with pytest.raises(FileExistsError, match="maze exists already"):
         write("family", "maze", tmp_path)
 
 
@@ -102,5 +100,5 @@ def test_the_command_says_what_to_do_next(kind, tmp_path):
 def test_it_is_run_in_a_clone(tmp_path):
     said = llf("new", "family", "maze", cwd=tmp_path)
     assert said.returncode == 2
-    assert said.stderr.endswith("is no folder; run it in a clone of the repository, or give its --folder\n")
+    assert said.stderr.endswith("is not a folder; run it in a clone of the repository, or give --folder\n")
     assert not list(tmp_path.iterdir())

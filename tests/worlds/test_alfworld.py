@@ -229,7 +229,7 @@ def test_names_are_those_of_alfworld():
 def test_a_problem_must_have_its_tasks_goal():
     played = game(0, TASKS[0])
     words = {"obj": "Mug", "recep": "Bed", "toggle": "", "mrecep": ""}
-    with pytest.raises(ValueError, match="goal is not that of the task 'pick_and_place_simple'"):
+    with pytest.raises(ValueError, match="goal is not the goal of the task 'pick_and_place_simple'"):
         parse(played.problem, TASKS[0], words, "")
 
 

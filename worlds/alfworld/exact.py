@@ -27,7 +27,7 @@ USES = {
 }
 """For each verb: type of appliance, predicate of its objects, predicate that it makes true, verb that it undoes."""
 KNIVES = ("knifetype", "butterknifetype")
-"""The types of objects with which others can be sliced."""
+"""The types of objects that can slice others."""
 _HELP = (
     "Available commands:\n"
     "  look:                             look around your current location\n"

@@ -18,7 +18,7 @@ class Things(NamedTuple):
     holds: dict[str, tuple[str, ...]]
     """For each type of receptacle, the types of objects that it may contain, sorted."""
     able: dict[str, frozenset[str]]
-    """For each predicate, such as `Cleanable`, the types of objects of which it is true."""
+    """For each predicate, such as `Cleanable`, the types of objects for which it is true."""
     openable: frozenset[str]
     """The types of receptacles that can be opened."""
     hollow: frozenset[str]

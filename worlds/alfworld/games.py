@@ -52,7 +52,7 @@ class Game(NamedTuple):
     problem: str
     """The problem in PDDL."""
     law: tuple[tuple[str, str], ...] = ()
-    """For each type of object, the type of receptacle in which the town keeps it; empty without a town."""
+    """For each type of object, the type of receptacle where the town keeps it; empty without a town."""
 
 
 def goal_pddl(task: str, words: dict[str, str]) -> str:
@@ -83,7 +83,7 @@ def parse(problem: str, task: str, words: dict[str, str], goal: str) -> Game:
         raise ValueError("a PDDL problem must have :objects, :init and :goal, in this order")
     wanted = goal_pddl(task, words).lower()
     if found["goal"].split() != wanted.split():
-        raise ValueError(f"the problem's goal is not that of the task {task!r} with {words}")
+        raise ValueError(f"the problem's goal is not the goal of the task {task!r} with {words}")
     kinds = re.findall(r"(\S+)\s+-\s+(\S+)", found["objects"])
     facts = [tuple(atom.split()) for atom in _ATOM.findall(found["init"])]
     facts = [fact for fact in facts if fact[0] not in _NUMBERS]

@@ -39,7 +39,7 @@ def make(rng: np.random.Generator, task: str, split: str, law: Mapping[str, str]
         rng: random generator.
         task: type of the task; empty: any.
         split: split of the floor plans.
-        law: for each type of object, the type of receptacle in which a town keeps it; empty without a town.
+        law: for each type of object, the type of receptacle where a town keeps it; empty without a town.
     """
     draws = iter(rng.random(_DRAWS).tolist())
 
@@ -76,7 +76,7 @@ def keepers() -> dict[str, tuple[str, ...]]:
 
 
 def kept(where: tuple[Receptacle, ...], place: str) -> tuple[Receptacle, ...]:
-    """Those receptacles that are of the type in which a town keeps an object; all, if none is."""
+    """The receptacles of the type where the town keeps the object; all receptacles, if none has this type."""
     return tuple(each for each in where if each.type.lower() == place) or where
 
 
@@ -98,7 +98,7 @@ class Placement(NamedTuple):
     """How objects of a type are placed."""
 
     where: tuple[Receptacle, ...]
-    """The receptacles of which each object gets one."""
+    """The receptacles among which each object gets a random one."""
     counts: tuple[int, ...]
     """Numbers of objects, each with the same probability; if there is no receptacle, there are none."""
 
@@ -132,7 +132,7 @@ def put(lying: dict[str, Lying], kind: str, holder: Receptacle, pick: Pick) -> N
 
 
 def begin(here: Plan, pick: Pick) -> str:
-    """A location at which no receptacle is used."""
+    """A location from which no receptacle is used."""
     taken = {each.location for each in here.receptacles}
     while True:
         x, z = pick(here.points)

@@ -44,7 +44,7 @@ class House:
         self.holds: set[tuple[str, str]] = set()
         """Pairs of a type of receptacle and a type of object that it may contain."""
         self.able: dict[str, set[str]] = {}
-        """For each predicate of one argument, the ids of which it is true."""
+        """For each predicate of one argument, the ids for which it is true."""
         self.within: dict[str, list[str]] = {}
         """For each object, its constant contents."""
         for fact in game.static:
@@ -66,7 +66,7 @@ class House:
             if kind in of and id in known:
                 of[kind][id] = ""
         self.receptacles = tuple(of["receptacle"])
-        """Sorted, as all lists of ids here, which is TextWorld's order."""
+        """The ids with this type, sorted like all lists of ids here: TextWorld's order."""
         self.objects = tuple(of["object"])
         self.at: dict[str, tuple[str, ...]] = {}
         """For each location, the receptacles that are used from there."""
@@ -82,7 +82,7 @@ class House:
         """The id of each name."""
 
     def able_to(self, predicate: str) -> set[str]:
-        """The ids of which a static predicate of one argument is true."""
+        """The ids for which a static predicate of one argument is true."""
         return self.able.get(predicate, set())
 
     def ways_from(self, location: str) -> tuple[str, ...]:

@@ -65,8 +65,8 @@ class Alfworld(World[Truth, str, str]):
             `generated`: made from a seed and the shipped floor plans; `auto`: official if there are such files.
         oracle: facts that the teacher's oracle uses: `planner`, all of them, or `explorer`, those that were observed.
         engine: `exact`, or `textworld`, the original, which is equal and about a thousand times slower.
-        town: number of a town, at least 0, in whose houses objects of a type are kept in receptacles of one type,
-            where a house has such receptacles; for generated games. None: objects are anywhere.
+        town: number of a town, at least 0; for generated games. Each house of a town keeps objects of one type in
+            receptacles of one type, if it has such receptacles. None: objects are anywhere.
 
     Official games and TextWorld's engine require the extra `alfworld`.
 
@@ -114,7 +114,7 @@ class Alfworld(World[Truth, str, str]):
         if rng and self._files:
             raise ValueError(f"town must be None for official games, got {town!r}; towns need games='generated'")
         self.law = draw_law(rng) if rng else {}
-        """For each type of object, the type of receptacle in which it is kept; empty without a town."""
+        """For each type of object, the type of receptacle where the town keeps it; empty without a town."""
         if self._files or engine == "textworld":
             package()
         self.observation_space = Prose(max_length=16_384)
@@ -156,7 +156,7 @@ class Alfworld(World[Truth, str, str]):
         return " ".join(action.lower().split())
 
     def read(self, text: str) -> str | None:
-        """The command in a text, whether it can be carried out now or not; None if it has the form of no command."""
+        """The command in a text, executable now or not; None if the text does not have the form of a command."""
         command = " ".join(text.lower().split()) if len(text) <= MAX_LENGTH else ""
         return command if _COMMAND.fullmatch(command) else None
 

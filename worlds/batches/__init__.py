@@ -61,7 +61,7 @@ class WorldBatch(ABC, Generic[TruthT, StateT]):
         """Set the states of rows."""
 
     def load_each(self, rows: Ints, truths: Iterable[TruthT]) -> None:
-        """Set the states of rows, some at a time: a truth takes much more memory than its row."""
+        """Set the states of rows in chunks, because a truth takes much more memory than its row."""
         truths = iter(truths)
         for first in range(0, len(rows), _AT_ONCE):
             part = rows[first : first + _AT_ONCE]
@@ -107,7 +107,7 @@ class WorldBatch(ABC, Generic[TruthT, StateT]):
         return self.states
 
     def forget(self, rows: Ints, lost: Bools) -> int:
-        """Free the numbers of observations that will not be made again, and begin to count the others anew.
+        """Free the numbers of observations that cannot recur, and restart the bound on the others.
 
         Args:
             rows: the rows.
@@ -140,14 +140,14 @@ def merged(old: StateT, rows: Rows, new: StateT) -> StateT:
 
 
 def without(table: npt.NDArray[Any], rows: Ints, lost: Bools, columns: int, nothing: float = 0.0) -> npt.NDArray[Any]:
-    """A table of numbered observations with nothing for those that are lost, and with so many columns.
+    """A table of numbered observations with the lost entries cleared and `columns` columns.
 
     Args:
         table: of shape (all rows, numbers, ...); it is changed.
-        rows: the rows that lose some.
-        lost: which, of shape (len(rows), numbers).
+        rows: the rows with lost entries.
+        lost: which entries are lost, bool of shape (len(rows), numbers).
         columns: the bound on the numbers from now on.
-        nothing: what stands for nothing.
+        nothing: the value of a cleared entry.
     """
     for number in range(lost.shape[1]):  # one by one, as a copy of the rows takes memory
         table[rows[lost[:, number]], number] = nothing

@@ -23,7 +23,7 @@ from worlds.gridworld import (
 )
 
 POOL = 16_384
-"""Default number of houses from which episodes are drawn."""
+"""Default number of houses in the pool."""
 _POOL_SEED = 0x401505
 
 
@@ -56,8 +56,9 @@ class Houses(NamedTuple):
 class GridworldBatch(WorldBatch[Truth, State]):
     """Houses with the same number of rooms.
 
-    After a reset with a seed, a row's first house is that of the world's own reset. All others come from a pool of
-    houses with start and treasure, which is the same for every seed and drawn by the world at its first use.
+    After a reset with a seed, a row's first house is the one that the world's own reset draws. All later houses come
+    from a pool of houses with start and treasure. The world draws the pool at its first use; it is the same for every
+    seed.
 
     Args:
         world: a world with the options of all rows.
@@ -173,7 +174,7 @@ class GridworldBatch(WorldBatch[Truth, State]):
 
 @lru_cache(maxsize=4)
 def _pool_of(options: tuple[tuple[str, Any], ...], count: int) -> tuple[Houses, Ints]:
-    """The houses of a pool, and the room in each where the student starts: kept, for they take seconds to draw.
+    """The houses of a pool, and the start room in each; cached because drawing them takes seconds.
 
     A kept pool takes 23 bytes a room with the default options, 7.5 MB in all.
     """

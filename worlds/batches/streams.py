@@ -5,6 +5,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
+from typing_extensions import override
 
 Ints: TypeAlias = npt.NDArray[np.integer[Any]]
 Floats: TypeAlias = npt.NDArray[np.float64]
@@ -41,7 +42,7 @@ class Streams:
         return order
 
     def beside(self, number: int, rows: Rows = ALL) -> npt.NDArray[np.uint64]:
-        """States of other streams, which the present ones and a number determine, shape (rows,)."""
+        """States of further streams, derived from the present states and a number, shape (rows,)."""
         return _mixed(self.states[rows] ^ np.uint64(1 + number))
 
     def integers(self, counts: Any, rows: Rows = ALL) -> Ints:
@@ -84,38 +85,38 @@ class Stream(np.random.Generator):
 
     Args:
         state: state of the row's stream, uint64 of shape (1,).
-        beside: the separate stream; None: one seeded by the state.
+        beside: the separate stream; None: a stream seeded by the state.
     """
 
     def __init__(self, state: npt.NDArray[np.uint64], beside: np.random.BitGenerator | None = None) -> None:
         super().__init__(beside or np.random.PCG64(int(state[0])))
         self._own = Streams(state)
 
+    @override
     def random(self, size: Any = None, *args: Any, **kwargs: Any) -> Any:
-        """As the base."""
         return super().random(size, *args, **kwargs) if size is not None else float(self._own.random()[0])
 
+    @override
     def integers(self, low: Any, high: Any = None, size: Any = None, *args: Any, **kwargs: Any) -> Any:
-        """As the base."""
         if size is not None or args or kwargs:
             return super().integers(low, high, size, *args, **kwargs)
         low, high = (0, low) if high is None else (low, high)
         return int(low + self._own.integers(high - low)[0])
 
     def uniform(self, low: Any = 0.0, high: Any = 1.0, size: Any = None) -> Any:
-        """As the base; without `size` one draw for each pair of bounds."""
+        """As NumPy's `uniform`; without `size`, one draw for each pair of bounds."""
         if size is not None:
             return super().uniform(low, high, size)
         low, high = np.broadcast_arrays(np.asarray(low, float), high)
         draws = np.reshape([self._own.random()[0] for _ in range(low.size)], low.shape)
         return low + (high - low) * draws
 
+    @override
     def standard_normal(self, size: Any = None, *args: Any, **kwargs: Any) -> Any:
-        """As the base."""
         return super().standard_normal(size, *args, **kwargs) if size is not None else self._own.standard_normal()[0]
 
     def permutation(self, x: Any, axis: int = 0) -> Any:
-        """As the base; that of an integer is a single draw."""
+        """As NumPy's `permutation`; for an integer, equal to a row's draw in a batch."""
         return super().permutation(x, axis) if not isinstance(x, int) else self._own.permutations(x)[0]
 
     def streams_beside(self, count: int) -> list["Stream"]:

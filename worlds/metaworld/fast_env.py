@@ -1,6 +1,6 @@
 """metaworld's environments with faster low-level steps, whose results are the same to the last bit.
 
-Each override says what it buys: the share by which a turn takes longer without it, measured with a student's random
+Each override states its gain: how much longer a turn takes without it, measured with a student's random
 actions in tasks with and without a grasp. Together they save two to four fifths of the time of a taught turn.
 """
 
@@ -38,7 +38,10 @@ def probe_env(env: Any, base: type, nearness: Nearness | None) -> Any:
 
 
 def _rebound(base: type, names: Mapping[str, Any]) -> type:
-    """A subclass of a metaworld environment's class whose methods see these globals, and itself under its own name."""
+    """A subclass of a metaworld environment's class, in whose methods these globals replace metaworld's.
+
+    There the class's own name means this subclass.
+    """
     bound = type(base.__name__, (base,), {})
     names = {**names, base.__name__: bound}
     methods: dict[str, Any] = {}
@@ -84,7 +87,7 @@ class _FastEnv:
             data.body("rightclaw").xpos,
             data.body("leftclaw").xpos,
         )
-        self._controls: tuple[Any, ...] = (  # views, through which single numbers are read and written
+        self._controls: tuple[Any, ...] = (  # views for reading and writing single numbers
             memoryview(data.mocap_pos[0]),
             memoryview(data.xpos[self.model.body_mocapid.tolist().index(0)]),
             data.mocap_quat[0],
@@ -116,10 +119,10 @@ class _FastEnv:
         return left > 0 and right > 0
 
     def _reset_hand(self, steps: int = 50) -> None:
-        """As metaworld, which holds the hand at its initial position for some steps.
+        """As metaworld: hold the hand at its initial position for some steps.
 
-        The state before the last step is remembered by the initial state; MuJoCo derives all else from it. Without this
-        a turn takes a third longer, in episodes of 15 turns.
+        A cache keeps, for each initial state, the state before the last step; MuJoCo derives all else from it. Without
+        this a turn takes a third longer, in episodes of 15 turns.
         """
         mujoco, model, data = self._views[0], self.model, self.data
         kind, metaworld = mujoco.mjtState.mjSTATE_INTEGRATION, cast("Any", super())
@@ -190,7 +193,7 @@ class _FastEnv:
 
 
 class _ProbeEnv(_FastEnv):
-    """Steps without rewards, and with only those parts of observations on which success depends.
+    """Steps without rewards, and only with the parts of observations that decide success.
 
     These are the positions of hand and objects, and contacts; the rotations of objects matter for rewards only.
     """
@@ -225,7 +228,7 @@ class _ProbeEnv(_FastEnv):
         return bool(self.evaluate_state(observation, np.array(command))[1]["success"])
 
     def _partial_observation(self, hand: Sequence[float]) -> FloatArray:
-        """The parts of the observation on which success depends; the rest is NaN."""
+        """The parts of the observation that decide success; the rest is NaN."""
         observation = self._unseen.copy()
         observation[:3] = hand
         observation[3] = self._opening()

@@ -10,7 +10,7 @@ from worlds.metaworld.state import FloatArray
 
 
 class Aim(NamedTuple):
-    """What metaworld's scripted policy aims at in a state."""
+    """The target of metaworld's scripted policy in a state."""
 
     target: tuple[float, float, float]
     """Target position of the hand, in metres."""

@@ -1,4 +1,4 @@
-"""Simulators: metaworld's environments, into which states are loaded, shared by the worlds of a thread."""
+"""Simulators: metaworld's environments, shared by the worlds of a thread, which load their states into them."""
 
 import threading
 from functools import lru_cache

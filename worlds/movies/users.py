@@ -9,7 +9,7 @@ import numpy as np
 from worlds.movies.catalogue import GENRES, PERIODS, age_bit, genre_bit, period_bit, type_bit
 
 TYPE, YEAR, GENRE, AGE = ATTRIBUTES = ("type", "year", "genre", "age rating")
-"""The attributes by which a title is judged."""
+"""The attributes that decide whether a title meets a wish."""
 TYPE_NAMES = ("movie", "TV show")
 PERIOD_NAMES = ("the 80s", "the 90s", "the 2000s", "the years since 2010")
 AGE_NAMES = ("child-friendly", "family-friendly", "R-rated")
@@ -60,7 +60,7 @@ FIELDS = dict(zip(ATTRIBUTES, Profile._fields, strict=True))
 
 
 class Taste(NamedTuple):
-    """A wish that the user of a town has, and leaves out of each request."""
+    """The wish that a town's user leaves out of each request."""
 
     attribute: str
     """One of `ATTRIBUTES`."""
@@ -74,10 +74,10 @@ class Taste(NamedTuple):
 
 
 def draw_user(rng: np.random.Generator, taste: Taste) -> Profile | None:
-    """Draw a user who has this taste, and leaves it out; None: draw again.
+    """Draw a user with this taste, who leaves it out of the request; None: the draw failed, draw again.
 
-    The others have the probability that they have among all users who are drawn without regard to it: of several
-    wishes each is as likely to be left out, so that a user of many wishes leaves out this one less often.
+    The distribution is that of all users, given that the request leaves this wish out. A request leaves out each of
+    a user's wishes with equal probability, so users with many wishes are drawn less often.
     """
     drawn = _draw(rng)._replace(**{FIELDS[taste.attribute]: taste.wish})
     profile = _suited(drawn)

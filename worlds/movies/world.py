@@ -119,7 +119,7 @@ class Movies(World[Truth, dict[str, Any], str]):
         return profile, wishes[rng.integers(len(wishes))]
 
     def _draw_again(self, rng: np.random.Generator, user: tuple[Profile, str], law: Taste) -> tuple[Profile, str]:
-        """The user of the town, with other wishes beside the one that stays."""
+        """The user of the town: the town's wish stays, the other wishes are drawn."""
         for _ in range(_DRAWS):
             profile = draw_user(rng, law)
             if profile and self._enough(profile):
@@ -197,7 +197,7 @@ class Movies(World[Truth, dict[str, Any], str]):
 
 
 def reward_of(items: Sequence[Item | None], wishes: Collection[int]) -> float:
-    """The reward for a list of titles, whose items are given, and None for titles without one."""
+    """The reward for the items of a list of titles; an item is None if its title finds none."""
     met = sum([item is not None and item.meets(wishes) for item in items])
     return met / len(items) - 1.0 if items else -1.0
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from worlds.optimization.loss import Gradient, Loss, Point, Value
 
-_GRID = 41  # points along each axis at which a loss is evaluated first
-_STARTS = 8  # the best of these points, from which the search for the minimum starts
+_GRID = 41  # points along each axis in the first evaluation of a loss
+_STARTS = 8  # the search for the minimum starts from so many best points
 
 
 def custom_loss(function: Value, choice: int, gradient: Gradient | None, domain: Any, minimiser: Any) -> Loss:

@@ -1,4 +1,4 @@
-"""The world of optimization: each proposal is answered with its loss."""
+"""The world of optimization: it answers each proposal with its loss."""
 
 import re
 from collections.abc import Sequence
@@ -185,7 +185,7 @@ _PAIR = re.compile(  # with no factor or summand beside it
     rf"(?<![\w\[(+/^-])(?<!\w\*)(?<![~|\u2260])(?<!!= )(?<!\u2260 )(?<!\w [*/] )(?<![0-9] [+-] )"
     rf"(?:\[{_TWO}\]|\({_TWO}\))(?![\w\])'^]|\s*[*/+-]\s*[0-9.(\[])"
 )
-_WORDS = (  # that may stand before a pair that is proposed
+_WORDS = (  # that may stand before a proposed pair
     "x|a|advice|advised|an|and|am sure|answer|as|at|be|best|better|believe|but|choice|choose|expect|final"
     "|follow|following|for|go|going|guess|hence|here|i|i'd|i'll|i'm sure|is|it|let|let's|lies|me|minimi[sz]er"
     "|minimum|move|moving|my|new|next|now|of|optimum|our|pick|please|point|probably|proposal|propose|reach"
@@ -215,7 +215,7 @@ _REASON = re.compile(r",?\s(?:as|because|for|since)\b.*|\s\(.*\)[.!]?$", re.IGNO
 
 
 def _is_proposed(text: str, begin: int, end: int) -> bool:
-    """Whether the words beside a pair propose it: it may be that of a gradient, or one that is to be left."""
+    """Whether the surrounding words propose this pair, rather than reject it or call it a gradient."""
     before = re.split(r"[.;!?,](?=\s)|\n", _HEADER.sub("x", text[:begin]))[-1]
     return bool(_BEFORE.fullmatch(before) and _AFTER.match(text, end))
 

@@ -47,7 +47,7 @@ class Picture(ABC, Generic[TruthT, WorldT]):
     """Draws the worlds of a family.
 
     Args:
-        lab: a scratch world with the options of the world that is drawn, which may be restored and stepped.
+        lab: a scratch world with the options of the drawn world; the picture may restore and step it.
     """
 
     reach: int = 0

@@ -214,7 +214,7 @@ def wrap(text: str, size: float, width: float) -> tuple[str, ...]:
 
 
 def _pieces(word: str, size: float, width: float) -> Iterator[str]:
-    """The pieces of a word that fit a line each."""
+    """The pieces of a word, each of which fits a line."""
     while measure(word, size) > width and len(word) > 1:
         fits = next((n for n in range(len(word) - 1, 1, -1) if measure(word[:n], size) <= width), 1)
         yield word[:fits]
@@ -223,7 +223,7 @@ def _pieces(word: str, size: float, width: float) -> Iterator[str]:
 
 
 def _unfinished(line: str, size: float, most: float) -> str:
-    """A line with an ellipsis for those that are left out, in place of its last words if it must be."""
+    """A line that ends in an ellipsis for the omitted lines; drops its last words if the ellipsis does not fit."""
     while " " in line and measure(f"{line} …", size) > most:
         line = line[: line.rindex(" ")]
     return f"{line} …"

@@ -177,7 +177,7 @@ def _furnish(canvas: Canvas, layout: Layout, room: int, at: Point, side: float, 
 
 
 def _size(text: str, side: float) -> float:
-    """The size in which text fits into a room."""
+    """The font size that makes a text fit into a room."""
     sizes = range(min(int(side * 0.17), SMALL), 7, -1)
     return next((size for size in sizes if measure(text, size) <= side * _INSIDE), 7)
 
@@ -191,7 +191,7 @@ def _label(canvas: Canvas, text: str, at: Point, size: float, side: float, colou
 
 
 def _follow(canvas: Canvas, layout: Layout, room: int, plan: Sequence[int], middle: Callable[[int], Point]) -> None:
-    """The way that a plan leads."""
+    """The rooms along a plan."""
     way = [middle(room)]
     for direction in plan:
         behind = layout.doors[room][direction]
@@ -206,7 +206,7 @@ def _joined(layout: Layout, been: set[int], room: int, other: int, direction: in
 
 
 def _trimmed(pieces: list[tuple[str, str]]) -> Text:
-    """A map without blank lines at its end and blanks at the ends of its lines."""
+    """A map without trailing blank lines, and without blanks at the ends of its lines."""
     lines: list[list[tuple[str, str]]] = [[]]
     for text, role in pieces:
         lines[-1].append((text.rstrip("\n"), role))

@@ -58,7 +58,7 @@ class MoviesPicture(Picture[Truth, Movies]):
             canvas.text((14, y + 25), f"… {len(titles) - _ROWS} more", SMALL, theme.muted)
 
     def _meets(self, sight: Sight[Truth], title: str, wish: str) -> bool | None:
-        """Whether a title meets a wish; None if unknown: from the reward follows only how many titles fit."""
+        """Whether a title meets a wish; None if unknown, since the reward only tells how many titles fit."""
         if sight.privileged:
             return self.lab.catalogue.meets(title, (sight.now.profile.wishes[wish],))
         return True if sight.turns[-1].reward == 0.0 else None

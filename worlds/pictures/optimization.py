@@ -67,7 +67,7 @@ class OptimizationPicture(Picture[Truth, Optimization]):
             canvas.text((left + 18, below + 20 * i), f"{name}: y = {loss:.4g} at [{x1:.3g}, {x2:.3g}]", MEDIUM)
 
     def alike(self, turns: Sequence[WorldTurn[Truth]], rng: np.random.Generator) -> Sequence[WorldTurn[Truth]]:
-        """A loss with another shift, whose values at the proposed points are taken to be the same."""
+        """A loss with another shift; its values at the proposed points are set to those that the student saw."""
         if not self.lab.options["shift"]:
             return turns
         first, second = (float(rng.uniform(low, high)) for low, high in self.lab.shift_bounds())

@@ -10,6 +10,7 @@ from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
+from typing_extensions import override
 
 from worlds.pictures import Picture, Sight
 from worlds.pictures.canvas import Canvas, Frame, Point, cut
@@ -24,7 +25,7 @@ MakePicture = Callable[[World[Any]], Picture[Any]]
 _SIZE = 384, 442
 _SEEDS = 3
 _TURNS = 6
-_SLACK = 1.0  # pixels by which boxes of text may overlap
+_SLACK = 1.0  # greatest overlap of two boxes of text, in pixels
 
 
 def check_picture(make: Make, make_picture: MakePicture) -> None:
@@ -100,13 +101,14 @@ class _Written(NamedTuple):
 
 
 class Proof(Canvas):
-    """A canvas that knows what is written on it, to find text that is cut, lies outside or lies on other text."""
+    """A canvas that records the text on it, to find text that is cut, outside the canvas or on other text."""
 
     def __init__(self, width: int, height: int, theme: Theme) -> None:
         super().__init__(width, height, theme)
         self._whole = width, height
         self._written: list[_Written] = []
 
+    @override
     def text(
         self,
         at: Point,
@@ -118,7 +120,6 @@ class Proof(Canvas):
         bold: bool = False,
         most: float = math.inf,
     ) -> float:
-        """As `Canvas.text`."""
         width = super().text(at, text, size, colour, anchor=anchor, bold=bold, most=most)
         x, y = at[0] + self._x, at[1] + self._y
         x -= {"l": 0.0, "m": width / 2, "r": width}[anchor[0]]
@@ -129,7 +130,7 @@ class Proof(Canvas):
         return width
 
     def faults(self) -> list[str]:
-        """What is wrong with the text, a sentence for each fault."""
+        """The faults of the text, a sentence each."""
         width, height = self._whole
         found = []
         for i, each in enumerate(self._written):

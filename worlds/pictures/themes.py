@@ -1,4 +1,4 @@
-"""Colours and sizes of all that people look at: pictures, films, pages, reports, the site."""
+"""Colours and sizes of pictures, films, pages, reports and the site."""
 
 from typing import NamedTuple
 
@@ -34,7 +34,7 @@ class Theme(NamedTuple):
     red: str
     purple: str
     sky: str
-    """For areas, as the next one."""
+    """For areas, as `yellow` is."""
     yellow: str
 
 

@@ -1,7 +1,7 @@
-"""What a student cannot know: the worlds that agree with all it has seen, one module per family.
+"""Posteriors: the worlds that agree with all that a student has seen, one module per family.
 
-A posterior draws worlds with the probability that the family's own generator gives them after play. A student knows
-the generator, the observations, its own actions, and those rewards that were said.
+A posterior draws worlds with their probability under the family's own generator, given the play so far. A student knows
+the generator, the observations, its own actions, and the rewards that the teacher said.
 """
 
 from abc import ABC, abstractmethod
@@ -24,27 +24,27 @@ Draw = tuple[WorldTurn[TruthT], ...]
 
 
 class NoWorldError(ValueError):
-    """No world, or not enough of them, could be drawn that agrees with what a student saw."""
+    """No world, or too few worlds, agree with what a student saw."""
 
 
 class Posterior(ABC, Generic[TruthT, WorldT]):
-    """Draws the worlds of a family that a student cannot distinguish from the one that it is in.
+    """Draws the worlds of a family that a student cannot distinguish from its own.
 
     Args:
-        lab: a scratch world with the options of the world of the episode, which may be restored and stepped.
+        lab: a scratch world with the options of the episode's world; the posterior may restore and step it.
 
     Raises:
         ValueError: worlds with these options have no posterior; the message gives the reason.
     """
 
     needs: ClassVar[Mapping[str, Any]] = MappingProxyType({})
-    """Options with which worlds have a posterior if they have none by default."""
+    """Options that a world needs to have a posterior, beside the defaults."""
     exact: ClassVar[bool] = True
-    """Whether every truth of `openings` agrees with what the student saw; others are played and, if not, rejected."""
+    """Whether every truth of `openings` agrees with what the student saw; if not, each is played and maybe rejected."""
     chancy: ClassVar[bool] = False
-    """Whether chance decides what an action does."""
+    """Whether the results of actions are random."""
     tries: ClassVar[int] = 2_000
-    """Number of truths in a row that may be rejected."""
+    """Greatest number of rejected truths in a row."""
 
     def __init__(self, lab: WorldT) -> None:
         self.lab = lab
@@ -54,7 +54,7 @@ class Posterior(ABC, Generic[TruthT, WorldT]):
         """Truths at the opening, without end, each drawn independently given the turns; arguments as in `draws`."""
 
     def odds(self, turns: Sequence[WorldTurn[TruthT]]) -> Sequence[tuple[TruthT, float]]:
-        """Every truth of `openings` with its probability, where they are few; none where they have to be drawn."""
+        """Every truth of `openings` with its probability, if they can be listed; empty if they must be drawn."""
         return ()
 
     @abstractmethod
@@ -78,8 +78,8 @@ class Posterior(ABC, Generic[TruthT, WorldT]):
         Args:
             turns: what happened, the opening first. Only what the student saw decides which worlds are drawn.
             rng: draws the worlds.
-            beside: turns of somebody else in the same world, from the same opening, with which they agree, too. Then no
-                reward of `turns` may be known if the world is `chancy`.
+            beside: turns of another student in the same world, from the same opening; the drawn worlds agree with
+                these, too. Then no reward of `turns` may be known if the world is `chancy`.
 
         Raises:
             NoWorldError: no world agrees, or `tries` worlds in a row were rejected.
@@ -104,8 +104,8 @@ class Posterior(ABC, Generic[TruthT, WorldT]):
     def every(
         self, turns: Sequence[WorldTurn[TruthT]], beside: Sequence[WorldTurn[TruthT]] = ()
     ) -> list[tuple[Draw[TruthT], float]]:
-        """All worlds of `draws`, each with its probability, where `odds` has them; none where they have to be drawn."""
-        fits = self._fitting(turns, np.random.default_rng(0), beside)  # where chance decides there are no odds
+        """All worlds of `draws`, each with its probability, if `odds` lists them; empty if they must be drawn."""
+        fits = self._fitting(turns, np.random.default_rng(0), beside)  # random results have no odds
         found = [(draw, odds) for opening, odds in self.odds(beside or turns) if (draw := fits(opening)) is not None]
         total = sum(odds for _, odds in found)
         return [(draw, odds / total) for draw, odds in found]
@@ -134,7 +134,7 @@ class Posterior(ABC, Generic[TruthT, WorldT]):
         count: int,
         beside: Sequence[WorldTurn[TruthT]] = (),
     ) -> list[Draw[TruthT]]:
-        """So many of `draws`.
+        """The first `count` worlds of `draws`.
 
         Raises:
             NoWorldError: fewer could be drawn; the message says how many.
@@ -149,7 +149,7 @@ class Posterior(ABC, Generic[TruthT, WorldT]):
     def _play(
         self, opening: TruthT, turns: Sequence[WorldTurn[TruthT]], wanted: Sequence[Any], rng: np.random.Generator
     ) -> Draw[TruthT] | None:
-        """The turns from another opening on; None as soon as the student would see anything else than is wanted."""
+        """The same actions played from another opening; None as soon as the student would see something else."""
         lab = self.lab
         lab.restore(opening)
         lab.np_random = rng
@@ -176,7 +176,7 @@ class Posterior(ABC, Generic[TruthT, WorldT]):
 
 
 def random_walk(world: World[Any], steps: int, rng: np.random.Generator) -> Iterator[WorldTurn[Any]]:
-    """Turns of random actions from the current state on, so many or until the episode ends; no reward is known."""
+    """At most `count` turns of random actions from the current state; no reward is known."""
     for _ in range(steps):
         action = world.legal(world.sample_action(rng))
         _, reward, terminated, truncated, info = world.advance(action)
@@ -186,7 +186,7 @@ def random_walk(world: World[Any], steps: int, rng: np.random.Generator) -> Iter
 
 
 def seen(lab: World[Any], truth: Any = None) -> Any:
-    """What a world shows to a student, comparable with `==`; of a truth, else in the current state."""
+    """What a student sees of a world, comparable with `==`: in the state of a truth, or in the current state."""
     if truth is not None:
         lab.restore(truth)
     observation = lab.observe()

@@ -46,7 +46,7 @@ def _payouts(rng: np.random.Generator, seen: Seen, shape: tuple[int, int]) -> _N
 
 
 def _gaussian(rng: np.random.Generator, seen: Seen, shape: tuple[int, int]) -> tuple[_Numbers, _Numbers]:
-    """Normal payouts around standard normal means; that rewards are cut at 100 changes no digit."""
+    """Normal payouts around standard normal means; cutting rewards at 100 changes no digit."""
     precision = 1 + seen.pulls
     return np.ones(shape), rng.normal(seen.total / precision, precision**-0.5, shape)
 
@@ -57,16 +57,16 @@ _FREE: dict[str, _Draw] = {
     "TenArmedRandomRandom": lambda rng, seen, shape: (_chances(rng, seen, shape), _payouts(rng, seen, shape)),
     "TenArmedUniformDistributedReward": lambda rng, seen, shape: (np.ones(shape), _payouts(rng, seen, shape)),
 }
-"""Draws chances and payouts, shape (worlds, arms), where each arm is drawn by itself."""
+"""Draws chances and payouts, shape (worlds, arms), for problems with independent arms."""
 
 
 class Known(NamedTuple):
-    """What is known of the chances or payouts of arms, but for levels."""
+    """What the student knows of the chances or payouts of arms, apart from their levels."""
 
     cdf: Callable[[_Numbers], _Numbers]
-    """The probability that a number is below such a share of all that may be drawn; shapes (..., arms)."""
+    """The probability that an arm's number is below a quantile, 0 to 1, of its prior; shapes (..., arms)."""
     ppf: Callable[[_Numbers], _Numbers]
-    """The number below which one is with such a probability."""
+    """The quantile function: the arm's number for a probability."""
 
 
 def _known_chances(seen: Seen) -> Known:
@@ -86,7 +86,7 @@ def _known_gaussian(seen: Seen) -> Known:
 
 
 def _known_ones(seen: Seen) -> Known:
-    """What is always 1, at each level."""
+    """A number that is always 1, at each level."""
     return Known(lambda x: x, np.ones_like)
 
 
@@ -96,16 +96,16 @@ _LEVELLED: dict[str, tuple[Callable[[Seen], Known], Callable[[Seen], Known]]] = 
     "TenArmedRandomRandom": (_known_chances, _known_payouts),
     "TenArmedUniformDistributedReward": (_known_ones, _known_payouts),
 }
-"""What is known of chances and payouts, where they depend on the level of an arm."""
+"""Functions for the chances and the payouts of problems whose arms can have levels."""
 
 
 class BanditPosterior(Posterior[Truth, Bandit]):
-    """The arms, given the rewards that were said; pulls whose rewards were not said say nothing."""
+    """The arms, given the rewards that the teacher said; other pulls are no evidence."""
 
     chancy = True
 
     def outcome(self, action: int) -> tuple[float, bool]:
-        """What a pull pays; the looks of a town's arms, which `advance` would show, stay the same."""
+        """What a pull pays. The looks of a town's arms, which `advance` would show, stay the same."""
         return self.lab.pull(action)
 
     def openings(self, turns: Sequence[WorldTurn[Truth]], rng: np.random.Generator) -> Iterator[Truth]:
@@ -119,9 +119,9 @@ class BanditPosterior(Posterior[Truth, Bandit]):
                 yield problem.truth(chances, payouts)
 
     def _lawful(self, looks: Sequence[tuple[int, ...]], seen: Seen, rng: np.random.Generator) -> Iterator[Truth]:
-        """Draw the law of the town, which is hidden as the arms are, then the arms.
+        """Draw the hidden law of the town, then the arms.
 
-        A law is as probable as it is that each arm is in the level that it has by it.
+        A law's probability is proportional to that of all arms being in the levels that it gives them.
         """
         problem, shape = self.lab.problem, (_BLOCK, self.lab.arms)
         levels = np.array([levels_of(looks, law) for law in LAWS])

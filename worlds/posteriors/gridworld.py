@@ -12,10 +12,10 @@ __all__ = ["GridworldPosterior"]
 
 
 class GridworldPosterior(Posterior[Truth, Gridworld]):
-    """The treasure is as likely in any room that is far enough from the start, until one of them is entered.
+    """The treasure is equally likely in every room that is far enough from the start and was not entered.
 
-    So it is in a town, too, whose law a student does not know: as any type of room is as likely to be that of the
-    treasures, and of each other room, no room is distinguished by its type.
+    This also holds in a town, whose law a student does not know: every type of room is equally likely to have the
+    treasures, and each room's type is drawn uniformly, so that its type tells nothing about a room.
     """
 
     needs = {"map": True}  # noqa: RUF012 (a ClassVar in the base)
@@ -48,7 +48,7 @@ class GridworldPosterior(Posterior[Truth, Gridworld]):
         return [(start._replace(layout=_moved(layout, room)), 1 / len(rooms)) for room in rooms]
 
     def quantities(self, turns: Sequence[WorldTurn[Truth]]) -> dict[str, float]:
-        """Where the treasure is, and how far from the way that was gone."""
+        """Where the treasure is, and its distance from the student's path."""
         start, now = turns[0].truth, turns[-1].truth
         away, law = distances_from(now.layout.treasure, now.layout.doors), now.layout.law
         types, kinds = self.lab.options["room_types"], [kind_of(name) for name in now.layout.names]
@@ -62,5 +62,5 @@ class GridworldPosterior(Posterior[Truth, Gridworld]):
 
 
 def _moved(layout: Layout, room: int) -> Layout:
-    """The house with the treasure in another room, and in a town that has it there."""
+    """The house with the treasure in another room, and the law of a town where it can lie there."""
     return layout._replace(treasure=room, law=layout.law and kind_of(layout.names[room]))

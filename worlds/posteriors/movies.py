@@ -32,25 +32,25 @@ _BLOCK = 64  # worlds that are drawn at once
 
 
 def _some(count: int) -> list[tuple[int, ...]]:
-    """Every set of one or two of so many things."""
+    """Every set of one or two of `count` things."""
     return [each for size in (1, 2) for each in combinations(range(count), size)]
 
 
 _HIDDEN: Mapping[str, Sequence[Any]] = MappingProxyType(
     {YEAR: _some(len(PERIODS)), GENRE: _some(len(GENRES)), AGE: range(len(AGE_NAMES))}
 )
-"""Per attribute that a request may be silent about, the wishes that it may leave out."""
+"""For each attribute that a request may leave out, the possible wishes."""
 
 
 class MoviesPosterior(Posterior[Truth, Movies]):
-    """The wish that was not said, and what it is about, given the request and the rewards that were said.
+    """The unsaid wish and its attribute, given the request and the rewards that the teacher said.
 
-    In a town, the wish that stays is drawn as any other is, and then the user among those who leave it out. So users
-    are as probable as without a town, and the wish that was not said is the one that stays.
+    A town draws its lasting wish like any other wish, then a user who leaves it out. So users are as probable as
+    without a town, and the unsaid wish is the lasting one.
     """
 
     def openings(self, turns: Sequence[WorldTurn[Truth]], rng: np.random.Generator) -> Iterator[Truth]:
-        """Draw a user by the probabilities of all who could have made the request."""
+        """Draw a user from all users who could have made the request."""
         truths, shares = zip(*self.odds(turns), strict=True)
         while True:
             for i in rng.choice(len(truths), _BLOCK, p=shares).tolist():
@@ -59,7 +59,7 @@ class MoviesPosterior(Posterior[Truth, Movies]):
     def odds(self, turns: Sequence[WorldTurn[Truth]]) -> list[tuple[Truth, float]]:
         """Every user who could have made the request.
 
-        It neglects that a reset gives up after a thousand draws, at which the shipped catalogue never arrives.
+        A reset gives up after a thousand draws; this is neglected, since it does not happen with the shipped catalogue.
         """
         opening, catalogue = turns[0].truth, self.lab.catalogue
         answers = [turn for turn in turns if turn.reward_known and turn.action is not None]
@@ -77,7 +77,7 @@ class MoviesPosterior(Posterior[Truth, Movies]):
         return list(zip(truths, (np.array(odds) / sum(odds)).tolist(), strict=True))
 
     def quantities(self, turns: Sequence[WorldTurn[Truth]]) -> dict[str, float]:
-        """What the wish that was not said is about and how many titles meet all, and the rewards of the answers."""
+        """The attribute and value of the unsaid wish, the number of titles that meet all wishes, unknown rewards."""
         profile, unsaid, *_ = turns[0].truth
         rewards = [(turn.reward, turn.reward_known) for turn in turns if turn.action is not None]
         return {

@@ -21,11 +21,11 @@ __all__ = ["CHECKS", "DRAWS", "HISTORIES", "THRESHOLD", "Ranks", "check_posterio
 Make = Callable[[], World[Any]]
 MakePosterior = Callable[[World[Any]], Posterior[Any]]
 HISTORIES = 400
-"""Number of histories by which a posterior is checked."""
+"""Number of histories in a check of a posterior."""
 DRAWS = 19
-"""Number of worlds that are drawn for each, so that there are 20 ranks."""
+"""Number of draws for each history, which gives 20 ranks."""
 THRESHOLD = 1e-5
-"""Least probability of ranks as uneven as those that are found: of 100,000 right posteriors, one is rejected."""
+"""Least accepted p-value of the ranks: one of 100,000 correct posteriors is rejected."""
 _TURNS = 12
 _FEW = 8
 
@@ -37,7 +37,7 @@ class Calibration(NamedTuple):
     """The ranks of a quantity."""
 
     p: float
-    """The probability, if all ranks are equally likely, of ranks that are at least as uneven, by a chi-square test."""
+    """The p-value of a chi-square test that all ranks are equally likely."""
     counts: npt.NDArray[np.int64]
     """How often each rank was found, shape (draws + 1,)."""
 
@@ -49,7 +49,7 @@ def check_posterior(make: Make, make_posterior: MakePosterior) -> None:
 
 
 def history(world: World[Any], rng: np.random.Generator) -> list[WorldTurn[Any]]:
-    """An untaught history: a few random actions in a new episode. All, some or none of the rewards are said."""
+    """A history without a teacher: a few random actions in a new episode. All, some or no rewards are known."""
     world.reset(seed=int(rng.integers(2**31)))
     said = rng.choice((0.0, 0.5, 1.0))
     opening = WorldTurn(None, 0.0, world.truth)
@@ -64,11 +64,11 @@ def rank(
     histories: int,
     draws: int = DRAWS,
 ) -> Ranks:
-    """The ranks of simulation-based calibration: if the posterior is right, all are equally likely.
+    """The ranks of simulation-based calibration: if the posterior is correct, all are equally likely.
 
-    Of equal values, chance decides which is greater. Talts et al. (2018), Validating Bayesian inference algorithms with
-    simulation-based calibration; for quantities that depend on what was seen, see `Posterior.quantities`. If the
-    world is in a town, each history is in another one, since a student does not know its law.
+    Ties are broken at random. Talts et al. (2018), Validating Bayesian inference algorithms with simulation-based
+    calibration; for quantities that depend on what was seen, see `Posterior.quantities`. If the world is in a town,
+    each history has another town, since a student does not know its law.
     """
     world = make()
     posterior = make_posterior(world)
@@ -91,7 +91,7 @@ def _has_town(world: World[Any]) -> bool:
 
 
 def _elsewhere(world: World[Any], rng: np.random.Generator) -> World[Any]:
-    """Such a world, in another town if it is in one."""
+    """Another such world; if it is in a town, in another town."""
     return type(world)(**world.options | ({"town": int(rng.integers(2**31))} if _has_town(world) else {}))
 
 
@@ -112,7 +112,7 @@ def _drawn(
 
 
 def check_alike(make: Make, make_posterior: MakePosterior) -> None:
-    """A student sees the same in a drawn world: observations, its own actions, the rewards that were said."""
+    """A student sees the same in a drawn world: observations, its own actions, the known rewards."""
     world = make()
     for turns, other in _drawn(world, make_posterior, 0):
         require(len(other) == len(turns), f"a draw must have as many turns, got {len(other)} for {len(turns)}")
@@ -153,7 +153,7 @@ def check_repetition(make: Make, make_posterior: MakePosterior) -> None:
 
 
 def check_hidden(make: Make, make_posterior: MakePosterior) -> None:
-    """Draws do not depend on what is hidden: they are the same if a drawn world, of another town, is the true one."""
+    """Draws do not depend on the hidden truth: they are the same with a drawn world, of another town, in its place."""
     rng = np.random.default_rng(4)
     world = make()
     for _ in range(_FEW):

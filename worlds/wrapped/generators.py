@@ -26,20 +26,20 @@ __all__ = [
 
 _Env = gymnasium.Env[Any, Any]
 _GENERATORS = np.random.Generator, np.random.RandomState, np.random.BitGenerator, random.Random
-"""Classes of what draws random numbers."""
-_PLAIN = (  # what holds no generators
+"""Classes of random generators."""
+_PLAIN = (  # these hold no generators
     *(str, bytes, int, float, complex, bool, type(None), np.generic, type, EnvSpec),
     *(np.float64, np.float32, np.int64, np.int32, np.int8, np.uint8, np.bool_),
     *(ModuleType, range, slice),
 )
 _TORCH = "manual_seed", "get_state", "set_state"  # methods of generators like PyTorch's
-_HARMLESS = {"_io", "_thread", "datetime", "decimal", "numpy", "pygame", "re", "weakref"}  # modules in C that draw none
+_HARMLESS = {"_io", "_thread", "datetime", "decimal", "numpy", "pygame", "re", "weakref"}  # C modules without any
 _WORD = 8  # bytes
 _QUICK = frozenset(_PLAIN)
 
 
 def draws(env: _Env) -> list[str]:
-    """The states of an environment's random generators; they differ if something was drawn."""
+    """The states of an environment's random generators; a draw changes them."""
     return [_drawn(generator) for generator in generators(env)]
 
 
@@ -50,7 +50,7 @@ def shake(env: _Env, luck: int) -> None:
 
 
 def reseed(env: _Env, *seed: int) -> None:
-    """The same, each generator with draws of its own. They stay the same objects: parts may share them."""
+    """Seed each generator with a seed of its own. The generators stay the same objects, since parts may share them."""
     for generator, source in zip(found := generators(env), np.random.SeedSequence(seed).spawn(len(found)), strict=True):
         _seed(generator, source)
 
@@ -76,11 +76,11 @@ def _drawn(generator: Any) -> str:
 
 def generators(env: _Env) -> list[Any]:
     """All random generators that an environment holds, wherever `_parts` finds them, and its action space."""
-    return _walk(env, [env, env.action_space])[0]  # which the class may hold
+    return _walk(env, [env, env.action_space])[0]  # its class may hold the action space
 
 
 def sealed(env: _Env) -> str:
-    """What an environment holds and `_parts` cannot look into, for people; empty if there is nothing."""
+    """A description of something in the environment that `_parts` cannot look into; empty if there is nothing."""
     classes = _walk(env, [env, env.action_space])[1]
     held = (each for layer in layers(env) for each in vars(layer).items() if classes)
     names = (f"its attribute {name!r}" for name, part in held if _walk(env, [part], layers(env))[1])
@@ -88,11 +88,11 @@ def sealed(env: _Env) -> str:
 
 
 def _walk(env: _Env, roots: Iterable[Any], known: Iterable[Any] = ()) -> tuple[list[Any], list[type]]:
-    """The generators in some parts of an environment, and the classes of what cannot be looked into."""
+    """The generators in some parts of an environment, and the classes of the objects that `_parts` cannot look into."""
     found: list[Any] = []
     closed: list[type] = []
     tables = (part for layer in layers(env) for name, part in vars(layer).items() if is_table(name, part))
-    seen = {*map(id, tables), *map(id, known)}  # tables are large, and of numbers
+    seen = {*map(id, tables), *map(id, known)}  # tables are large and hold only numbers
     queue: deque[Any] = deque(roots)
     while queue:
         each = queue.popleft()
@@ -116,21 +116,21 @@ def is_generator(value: Any) -> bool:
 @cache
 def _draws(cls: type) -> bool:
     if issubclass(cls, _GENERATORS):
-        return not issubclass(cls, random.SystemRandom)  # which has no state
+        return not issubclass(cls, random.SystemRandom)  # a SystemRandom has no state
     return isinstance(getattr(cls, "bit_generator", None), property) or all(map(partial(hasattr, cls), _TORCH))
 
 
 def _parts(whole: Any) -> Iterable[Any] | None:
-    """What a value consists of: elements, attributes, slots, what a function closes over and has by default.
+    """The parts of a value: elements, attributes, slots, and a function's closure and defaults.
 
-    None for one whose memory Python does not show, such as an object of a module in C.
+    None if Python does not show its memory, as for an object of a C module.
     """
     return _reader(type(whole))(whole)  # type: ignore[arg-type]  # as above
 
 
 @cache
 def _reader(cls: type) -> Callable[[Any], Iterable[Any] | None]:
-    """`_parts` of the objects of a class."""
+    """A function that returns `_parts` of objects of a class."""
     if issubclass(cls, _PLAIN):
         return lambda _: ()
     if cls in _READERS:
@@ -159,7 +159,7 @@ def _reader(cls: type) -> Callable[[Any], Iterable[Any] | None]:
 
 
 def _inside(cell: Any) -> Any:
-    """What a cell of a closure holds; None if it is empty."""
+    """The content of a cell of a closure; None if it is empty."""
     try:
         return cell.cell_contents
     except ValueError:
@@ -167,21 +167,21 @@ def _inside(cell: Any) -> Any:
 
 
 def _owner(method: Any) -> Any:
-    """The object that a method in C is bound to, in a tuple; None of anything else."""
+    """The object that a C method is bound to, in a tuple; None for any other object."""
     owner = getattr(method, "__self__", None)
     return owner if owner is None else (owner,)
 
 
 def _rest(whole: Any) -> Any:
-    """What an iterator has left; None if that is not to be seen."""
+    """What an iterator has left; None if the iterator does not show it."""
     try:
         return whole.__reduce__()
-    except TypeError:  # of a function that yields
+    except TypeError:  # a generator does not show it
         return None
 
 
 def of_function(whole: Any) -> list[Any]:
-    """What a function closes over, and its defaults; nothing of one in C."""
+    """What a function closes over, and its defaults; empty for a C function."""
     if not isinstance(whole, FunctionType):
         return []
     closed = map(_inside, whole.__closure__ or ())

@@ -1,8 +1,8 @@
 """Any Gymnasium environment as a world, although its state can be neither read nor restored.
 
 A truth is a position: an episode's seed and the actions so far. To restore it, a world repeats the actions, from a
-copy of the environment (`snapshot="copy"`) or from a reset with the seed (`snapshot="replay"`). So steps of the
-environment that is played cost almost nothing more; the cost is in scratch worlds, when they restore a truth.
+copy of the environment (`snapshot="copy"`) or from a reset with the seed (`snapshot="replay"`). So a step of the played
+environment costs almost nothing extra; scratch worlds pay the cost when they restore a truth.
 """
 
 import copy
@@ -28,7 +28,7 @@ SNAPSHOTS = ("auto", "copy", "replay")
 _SPACES = ("action_space", "observation_space")
 _REWARD_RANGE = (-1e6, 1e6)
 _TRIAL = 8  # steps to test whether a copy is faithful
-_FAR = 16  # number of replayed steps from which on a copy is kept, where the next restore begins
+_FAR = 16  # with more replayed steps, keep a copy for the next restore to begin from
 
 
 class GymWorld(World[Position, Any, Any]):
@@ -56,9 +56,9 @@ class GymWorld(World[Position, Any, Any]):
 
     reset_options = None
     model: Any = None
-    """What a planner knows of the environment, for oracles and their claims. Scratch worlds share it."""
+    """A planner's knowledge of the environment, for oracles and their claims. Scratch worlds share it."""
     notes: Mapping[str, Any] = MappingProxyType({})
-    """What the info of a reset has beside the environment's own."""
+    """Entries that `reset` adds to the environment's own info."""
 
     def __init__(
         self,
@@ -114,11 +114,11 @@ class GymWorld(World[Position, Any, Any]):
             try:
                 self.action_words[str(word).lower()] = self.legal(action)
             except ValueError as error:
-                raise ValueError(f"the action_words name {word!r} an action that is none: {error}") from None
+                raise ValueError(f"action_words must name actions of the action space, got {word!r}: {error}") from None
         if self.action_words:
             self.action_syntax = f"one of {', '.join(self.action_words)}, or {self.action_syntax}"
         self.names: dict[Any, str] = {action: word for word, action in reversed(self.action_words.items())}
-        """The first word of each action that has one."""
+        """The first word of each action that has a word."""
         self._at: tuple[Episode, int] | None = None
         self._kept: tuple[Episode, int, _Env, Any] | None = None
         self._shared = False
@@ -196,7 +196,7 @@ class GymWorld(World[Position, Any, Any]):
         return observation, reward, terminated, truncated, {**info, "success": success}
 
     def solved(self, observation: Any, reward: float, terminated: bool, truncated: bool, info: dict[str, Any]) -> bool:
-        """Whether a step of the environment that gave this has solved the task."""
+        """Whether a step with this result has solved the task."""
         if self._success is not None:
             return bool(self._success(observation, reward, terminated, truncated, info))
         success = info.get("success", info.get("is_success"))
@@ -223,7 +223,7 @@ class GymWorld(World[Position, Any, Any]):
         return truth.seen
 
     def scratch(self) -> Self:
-        """A world like this one, whose environment is made at its first use."""
+        """A scratch world; it makes its environment at its first use."""
         lab = object.__new__(type(self))
         lab.__dict__.update(self.__dict__)
         lab._env = lab._at = lab._kept = None
@@ -271,7 +271,7 @@ class GymWorld(World[Position, Any, Any]):
         return env
 
     def _set_back(self, episode: Episode, turn: int) -> tuple[_Env, int]:
-        """The environment in the episode at this turn or before, and its turn."""
+        """An environment in the episode, at this turn or an earlier turn, and its turn."""
         if episode.anchor is None:
             env = self._env = self._another() if self._env is None else self._env
             self._observation, _ = env.reset(seed=episode.seed, options=copy.deepcopy(episode.options))
@@ -301,7 +301,7 @@ class GymWorld(World[Position, Any, Any]):
         for way in reversed(ways) if self._copies else ways:
             try:
                 return way(self._given)
-            except Exception:  # noqa: S112 (environments fail in ways of their own; there is another way)
+            except Exception:  # noqa: S112 (environments may raise anything; the next way may work)
                 continue
         raise ValueError(
             f"a scratch world needs another environment like {self._given}, which can neither be made from a spec nor "
@@ -318,7 +318,7 @@ class GymWorld(World[Position, Any, Any]):
 
 
 def _known(space: spaces.Space[Any]) -> spaces.Space[Any]:
-    """The space, with texts as `Prose` where an environment has a class of its own for them, as MiniGrid has."""
+    """The space, with `Prose` in place of an environment's own class for texts, such as MiniGrid's."""
     if isinstance(space, spaces.Dict):
         found = {name: _known(each) for name, each in space.items()}
         return space if all(each is space[name] for name, each in found.items()) else spaces.Dict(found)
@@ -326,7 +326,7 @@ def _known(space: spaces.Space[Any]) -> spaces.Space[Any]:
         return space
     try:
         return Prose() if type(copy.deepcopy(space).sample()) is str else space
-    except Exception:  # spaces of others may fail in ways of their own
+    except Exception:  # spaces of other packages may raise anything
         return space
 
 
@@ -368,7 +368,7 @@ def faithful(env: _Env, copied: Callable[[_Env], _Env] = copy.deepcopy) -> bool:
 
 
 def _anchor(env: _Env, info: dict[str, Any]) -> tuple[_Env, dict[str, Any]] | None:
-    """A copy of both; None if there can be none any more, as of an environment that has opened a window."""
+    """A copy of both; None if they cannot be copied any more, such as an environment that has opened a window."""
     try:
         return copy.deepcopy((env, info))
     except Exception:
@@ -376,7 +376,7 @@ def _anchor(env: _Env, info: dict[str, Any]) -> tuple[_Env, dict[str, Any]] | No
 
 
 def _play(env: _Env, actions: list[Any]) -> list[Any]:
-    """The results of actions; an episode that ends is followed by another."""
+    """The results of actions; when an episode ends, another begins."""
     trace = []
     for action in actions:
         observation, reward, terminated, truncated, _ = env.step(action)
@@ -388,7 +388,7 @@ def _play(env: _Env, actions: list[Any]) -> list[Any]:
 
 def _from_spec(env: _Env) -> _Env:
     if env.spec is None:
-        raise ValueError("it has no spec")
+        raise ValueError("the environment has no spec")
     silent = {"render_mode": None} if env.spec.kwargs.get("render_mode") == "human" else {}
     return gymnasium.make(env.spec, **silent)
 

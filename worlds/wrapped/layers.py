@@ -11,14 +11,14 @@ from gymnasium.envs.registration import EnvSpec
 __all__ = ["copied", "is_plain", "is_table", "layers", "time_limits"]
 
 _Env = gymnasium.Env[Any, Any]
-_TIMERS = (  # wrappers without a state that decides anything but time
+_TIMERS = (  # wrappers whose state decides nothing but time
     *(wrappers.TimeLimit, wrappers.OrderEnforcing, wrappers.PassiveEnvChecker),
     *(wrappers.RecordEpisodeStatistics, gymnasium.ObservationWrapper),
 )
 
 
 def layers(env: _Env) -> Iterator[Any]:
-    """The wrappers of an environment, and itself."""
+    """The wrappers of an environment, and the environment itself."""
     while isinstance(env, gymnasium.Wrapper):
         yield env
         env = env.env
@@ -26,26 +26,26 @@ def layers(env: _Env) -> Iterator[Any]:
 
 
 def time_limits(env: _Env) -> tuple[int, ...]:
-    """The numbers of steps after which an episode ends: of each `TimeLimit` around, and of an attribute `max_steps`."""
+    """The limits of an episode's steps: of each `TimeLimit` around the environment, and of an attribute `max_steps`."""
     limits = [each._max_episode_steps for each in layers(env) if isinstance(each, wrappers.TimeLimit)]
     own = getattr(env.unwrapped, "max_steps", None)
     return (*limits, own) if type(own) is int and own > 0 else tuple(limits)
 
 
 def is_table(name: str, part: Any) -> bool:
-    """Whether an attribute is a table of transitions, as Gymnasium's toy texts have it: a large part that stays."""
+    """Whether an attribute is a table of transitions, as in Gymnasium's toy texts: large and constant."""
     return name == "P" and isinstance(part, Mapping)
 
 
 def is_plain(layer: Any) -> bool:
-    """Whether it is an environment itself, or a wrapper that decides nothing but observations and time."""
+    """Whether it is a bare environment, or a wrapper that decides nothing but observations and time."""
     if not isinstance(layer, gymnasium.Wrapper):
         return True
     return isinstance(layer, _TIMERS) and any(type(layer).step is cls.step for cls in _TIMERS)
 
 
 def copied(env: _Env) -> _Env:
-    """A copy that shares spaces, specs and tables, which steps do not change and which are most of the work."""
+    """A copy that shares spaces, specs and tables: steps do not change them, and they are most of the work."""
     shared = {
         id(part): part
         for layer in layers(env)

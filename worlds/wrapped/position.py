@@ -16,7 +16,7 @@ _LARGE = 10_000  # numbers
 
 
 class Episode:
-    """All that is needed to replay an episode. Positions share it; a world only appends to its own episode."""
+    """All that a replay of an episode needs. Positions share it; a world only appends to its own episode."""
 
     __slots__ = ("actions", "anchor", "info", "live", "observation", "options", "parts", "rewards", "seed")
 
@@ -35,11 +35,11 @@ class Episode:
         self.anchor: gymnasium.Env[Any, Any] | None = anchor
         """A copy of the environment after reset, which is never stepped; None if episodes are replayed."""
         self.info = info or {}
-        """The info of reset, if there is an anchor, from which it is copied with the environment."""
+        """The info of reset, copied together with the anchor; empty without an anchor."""
         self.parts = parts or {}
-        """Where episodes are replayed, the environment's `plain_parts` after reset, which a replay must have, too."""
+        """If episodes are replayed, the environment's `plain_parts` after reset; a replay must have the same."""
         self.live: gymnasium.Env[Any, Any] | None = None
-        """The environment in which it is played, to be read only; None in forks, when it is over, and once pickled."""
+        """The environment that plays this episode, to be read only; None in forks, after its end, and in a pickle."""
         self.actions: list[Any] = []
         self.rewards: list[float] = []
 
@@ -56,9 +56,9 @@ class Episode:
         return self  # copies of a world fork it before they append
 
 
-@dataclass(slots=True, eq=False)  # not frozen, which doubles the time that one takes to make
+@dataclass(slots=True, eq=False)  # not frozen, since that doubles the time of construction
 class Position:
-    """The truth of a wrapped environment; nobody changes it."""
+    """The truth of a wrapped environment; immutable by convention."""
 
     seen: Any
     """The value of `look`; the observation if there is no `look`."""
@@ -105,9 +105,9 @@ def same(one: Any, other: Any) -> bool:
 
 
 def plain_parts(env: gymnasium.Env[Any, Any]) -> dict[str, Any]:
-    """The numbers, texts and arrays among the attributes of an environment, without its wrappers', copied.
+    """Copies of the numbers, texts and arrays among the attributes of an environment, without those of its wrappers.
 
-    Those of its picture, and large arrays, are left out.
+    Attributes for rendering and large arrays are left out.
     """
     return {
         name: still(part)

@@ -16,8 +16,9 @@ _MARGIN = 12
 class RenderedPicture(TextPicture):
     """If privileged, the environment's own `rgb_array`, if it has one; otherwise the description.
 
-    An environment may render more than its observation contains. Many that have been rendered cannot be copied any
-    more; if truths are restored by copies, another environment is drawn than the one that is played.
+    An environment may render more than its observation contains. Many environments cannot be copied any more once they
+    have rendered; if truths are restored by copies, the picture therefore renders another environment than the played
+    one.
 
     Args:
         world: the world to draw, in its current state.
@@ -41,7 +42,7 @@ class RenderedPicture(TextPicture):
         canvas.paste(image, ((canvas.width - size[0]) / 2, (canvas.height - size[1]) / 2), size)
 
     def _another_at(self, truth: Position) -> GymWorld:
-        """Another world at a truth: the one that was drawn last, if it is there or one step before."""
+        """Another world at a truth: the last drawn world, if it is at this truth or one step before."""
         last, self._last = self._last, truth
         if last is None or last.episode is not truth.episode or truth.turn - last.turn not in (0, 1):
             self.lab = self.world.scratch()

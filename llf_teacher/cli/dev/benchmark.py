@@ -30,7 +30,7 @@ def benchmark(
 ) -> None:
     """Measure steps beside FrozenLake's, worlds beside the originals, seats beside tictactoe, all on fresh episodes.
 
-    A figure is the median of the runs; in brackets are the lowest and the highest, where processes differ.
+    A figure is the median of the runs; the brackets contain the lowest and the highest, if processes differ.
     With --against, the exit status is 1 if the lower end of a ratio's 95 % interval is above 1.25 in two runs.
     """
     from rich.console import Console
@@ -43,7 +43,7 @@ def benchmark(
     if everything and against is None:
         raise typer.BadParameter("--all needs --against; add it, or leave out --all")
     if runs is not None and against is not None:
-        raise typer.BadParameter("--runs is of the tables, which --against does not make; leave out one of them")
+        raise typer.BadParameter("--runs is for the tables, which --against does not make; leave out one of them")
     runs = runs or benchmark.RUNS
     known = {family.name: family for family in all_families()}
     if unknown := [name for name in families or () if name not in known]:

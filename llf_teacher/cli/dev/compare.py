@@ -1,4 +1,4 @@
-"""`llf dev compare`: compare the behaviour of this installation with that of another."""
+"""`llf dev compare`: compare the behaviour of two installations."""
 
 from importlib.util import find_spec
 from typing import Annotated
@@ -24,7 +24,7 @@ def compare(
     turns: Annotated[int, typer.Option(min=1, help="Most turns of an episode.")] = 20,
     fast: Annotated[bool, typer.Option("--fast", help="Use the extra `fast` here; the other is without it.")] = False,
 ) -> None:
-    """Play the same fresh episodes here and in another installation, and compare all that is said and done.
+    """Play the same fresh episodes here and in another installation, and compare every word and action.
 
     Half of the episodes have random actions, half advised ones. Floats are compared to the last bit. The exit status
     is 1 if an episode differs.

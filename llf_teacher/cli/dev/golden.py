@@ -21,7 +21,7 @@ def golden(
 ) -> None:
     """Write a transcript of a short episode of each environment, and a hash of a picture of each family.
 
-    Where OpenGL is missing, families that draw with it keep the hashes that the folder has.
+    Without OpenGL, the families that need it keep the hashes in the folder.
     """
     draw_off_screen()
     from llf_teacher.registry import entry

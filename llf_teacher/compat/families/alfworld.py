@@ -1,4 +1,4 @@
-"""ALFWorld as LLF-Bench has it: the phrases that people's code looks for in its texts."""
+"""ALFWorld as LLF-Bench has it: its texts contain the phrases that existing code looks for."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Bandits as LLF-Bench has them: the instruction begins with the problem's name and what is known of it."""
+"""Bandits as LLF-Bench has them: the instruction begins with the problem's name and known facts."""
 
 from types import MappingProxyType
 

@@ -52,7 +52,7 @@ class Surface(LLFEnv):
         return super()._informed(info)
 
     def control_mode(self, mode: str) -> None:
-        """Whether x, y and z of actions are places (`absolute`) or count from the hand (`relative`), from now on.
+        """Set whether x, y and z of actions are absolute positions (`absolute`) or offsets from the hand (`relative`).
 
         Raises:
             ValueError: another mode.
@@ -63,19 +63,19 @@ class Surface(LLFEnv):
             world.set_control(mode)
 
     def render_video(self, value: bool = True) -> None:
-        """Whether the info has `video` from now on, the images of a turn's low-level steps; else it is None."""
+        """Set whether the info has `video`, the images of a turn's low-level steps; otherwise it is None."""
         self._world.options["video"] = bool(value)
 
     @property
     def current_observation(self) -> npt.NDArray[np.float64]:
-        """What metaworld itself observes, 39 numbers."""
+        """The observation of metaworld itself, 39 numbers."""
         return np.array(self._world.truth.observation)
 
     @property
     def mw_env(self) -> Any:
-        """The environment of metaworld in the current state, to be looked at: what is done to it has no effect."""
+        """A metaworld environment in the current state, to be read only: changes to it have no effect."""
         env = self._world.simulator().env
-        mujoco.mj_forward(env.model, env.data)  # a state that was loaded has no derived quantities yet
+        mujoco.mj_forward(env.model, env.data)  # computes the derived quantities of the loaded state
         return env
 
     @property

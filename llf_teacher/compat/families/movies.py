@@ -1,4 +1,4 @@
-"""Movies as LLF-Bench has them: what is no list names nothing that is right."""
+"""Movies as LLF-Bench has them: a text without a list has no right title."""
 
 from typing import ClassVar
 
@@ -6,6 +6,6 @@ from llf_teacher.compat.env import LLFEnv
 
 
 class Surface(LLFEnv):
-    """A text that is no list of titles earns what a list without a right title does."""
+    """A text without a list of titles earns the reward of a list without a right title."""
 
     failure_reward: ClassVar[float] = -1.0

@@ -1,4 +1,4 @@
-"""Optimization as LLF-Bench has it: points are proposed in words."""
+"""Optimization as LLF-Bench has it: actions are texts."""
 
 from typing import Any, ClassVar
 
@@ -8,7 +8,7 @@ from llf_teacher.compat.env import LLFEnv
 
 
 class Surface(LLFEnv):
-    """The action space is one of texts such as `x = [1, 2]`; arrays are understood, too."""
+    """The action space contains texts such as `x = [1, 2]`; `step` also takes arrays."""
 
     failure_reward: ClassVar[float] = -0.01
 

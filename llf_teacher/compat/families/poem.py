@@ -1,4 +1,4 @@
-"""Poems as LLF-Bench has them: what is no poem has no line that is right."""
+"""Poems as LLF-Bench has them: a text without a poem has no right line."""
 
 from typing import ClassVar
 
@@ -6,6 +6,6 @@ from llf_teacher.compat.env import LLFEnv
 
 
 class Surface(LLFEnv):
-    """A text that cannot be read as a poem earns what a wrong number of lines does."""
+    """A text without a poem earns the reward of a wrong number of lines."""
 
     failure_reward: ClassVar[float] = -1.0

@@ -31,13 +31,13 @@ class LifetimeStatisticsBatch:
         """The number of the student's current state, int64 (rows,)."""
 
     def begin(self, rows: Ints, places: Ints) -> None:
-        """Lifetimes begin in these states."""
+        """Begin lifetimes in these states."""
         for array in (self.episode, self.success, self.optimal, self.skill, self.visits, self.advised):
             array[rows] = 0
         self.here[rows] = places
 
     def forget(self, rows: Ints, lost: Bools, states: int) -> None:
-        """Forget states that will not come again, bool (len(rows), states); `states` is their number from now on."""
+        """Forget states that cannot recur, bool (len(rows), states); `states` is the number of states from now on."""
         self.visits = without(self.visits, rows, lost, states)
         self.advised = without(self.advised, rows, lost, states)
 

@@ -27,7 +27,7 @@ from worlds.batches import ALL, Bools, Floats, Ints, Rows, merged
 from worlds.batches.streams import Streams
 
 SHOWN = frozenset(("render_mode", "theme"))
-"""The settings of what is rendered."""
+"""The settings for rendering."""
 
 
 class RowsEnv(VectorEnv[Any, Any, Any]):
@@ -36,9 +36,9 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
     Args:
         env_id: an id of `llf_teacher.ids()` whose family can be played in arrays.
         num_envs: number of rows.
-        settings: of the lessons; None: the defaults.
-        keywords: fields that replace those, the world's options, and those of the family's batch.
-        autoreset_mode: one of Gymnasium's.
+        settings: the settings of the lessons; None: the defaults.
+        keywords: fields that replace them, the world's options, and options of the family's batch.
+        autoreset_mode: one of Gymnasium's modes.
         used: the fields of the settings that this seat uses.
         defaults: fields with other defaults at this seat.
 
@@ -48,7 +48,7 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
 
     metadata = {"render_modes": ["ansi", "rgb_array"], "render_fps": FPS}  # noqa: RUF012 (Gymnasium's convention)
     instead: ClassVar[str] = "vectorization_mode='sync'"
-    """What takes other teachers, for errors."""
+    """The alternative that takes all teachers, for errors."""
     moments: Moments[Any]
     """The last turn in each row."""
 
@@ -97,7 +97,7 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
         self.teacher = TeacherBatch(self.oracle, self.settings.teacher, wanted, num_envs, self.max_turns, self.instead)
         """The teachers, in arrays."""
         self._past: deque[Moments[Any]] = deque(maxlen=self.teacher.past)  # the latest first
-        self._new = np.ones(num_envs, bool)  # the rows whose moment has not been judged
+        self._new = np.ones(num_envs, bool)  # the rows with a moment that is not judged yet
         self._ends = self.settings.until_success and not self.family.repeated
         self._all_rows = np.arange(num_envs)
         self._draws = np.random.default_rng()
@@ -127,8 +127,8 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
     ) -> tuple[Any, dict[str, Any]]:
         """Begin episodes in all rows, or in those of `options["reset_mask"]`.
 
-        A row with a seed begins like the scalar environment with that seed; of one integer, row i has the seed
-        `seed + i`. Rows without a seed are drawn.
+        A row with a seed begins like the scalar environment with that seed; with one integer, row i has the seed `seed
+        + i`. Rows without a seed begin at random.
 
         Raises:
             ValueError: a seed or an option is not allowed; nothing has changed.
@@ -156,7 +156,7 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
         return self._observe(), self._infos()
 
     def _first(self, seed: int | None) -> Any:
-        """The truth with which the scalar world begins."""
+        """The truth of the scalar world at its opening."""
         world = self.worlds.world
         world.reset(seed=seed)
         return world.truth
@@ -182,7 +182,7 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
         return [None if each is None else int(each) for each in seeds]
 
     def step(self, actions: Any) -> tuple[Any, Floats, Bools, Bools, dict[str, Any]]:
-        """Act in each row. After the end of an episode a row follows Gymnasium's autoreset mode.
+        """Act in each row; after the end of an episode a row follows Gymnasium's autoreset mode.
 
         Raises:
             ResetNeeded: before `reset`, or in a row that has ended, if autoreset is disabled.
@@ -253,7 +253,7 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
         self._note(rows, Moments(before, actions, reward, self.worlds.state, success, turn, over))
 
     def _note(self, rows: Rows, moments: Moments[Any]) -> None:
-        """Store the moments of some rows; the states are those of all rows."""
+        """Store the moments of some rows; the given states are of all rows."""
         if not isinstance(rows, slice):
             now = self.moments
             parts = {}
@@ -265,13 +265,13 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
         self._new[rows] = True
 
     def _judge(self) -> tuple[Said, Moments[Any]]:
-        """What is said in all rows, and the moments that it is about."""
+        """The claims in all rows, and the moments that they are about."""
         rows: Rows = ALL if self._new.all() else np.flatnonzero(self._new)
         self._new[:] = False
         return self.teacher.judge(self.moments, rows, self._past)
 
     def _before(self, row: int) -> list[Moment[Any]]:
-        """The moments of a row's episode before the last one, from the opening on, if its teacher remembers them."""
+        """The moments of a row's episode without the last one, from the opening on, if the teacher remembers any."""
         turns = min(int(self.moments.turn[row]), len(self._past))
         return [self._moment(self._past[ago], row) for ago in reversed(range(turns))]
 
@@ -298,7 +298,7 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
         """The scalar environment in a row's state."""
 
     def render(self) -> tuple[Any, ...] | None:
-        """What each row renders, as Gymnasium's vector environments give it; None without a render mode."""
+        """The render of each row, in the form of Gymnasium's vector environments; None without a render mode."""
         return None if self.render_mode is None else tuple(self.lesson(row).render() for row in range(self.num_envs))
 
     def _check_row(self, row: Any) -> int:
@@ -310,7 +310,7 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
 
     @abstractmethod
     def _begin(self, rows: Ints, seeds: Sequence[int | None]) -> None:
-        """Begin students and lifetimes in some rows, where there are any."""
+        """Begin students and lifetimes in some rows; by default there are none."""
 
     @abstractmethod
     def _play(self, actions: npt.NDArray[Any], rows: Rows) -> tuple[Floats, Bools, Bools]:
@@ -340,7 +340,7 @@ def legal(space: spaces.Space[Any], actions: Any, rows: int) -> npt.NDArray[Any]
         low, high = space.start, space.start + space.n - 1
         allowed, kinds = "integers", "iu"
     else:
-        low, high = space.low, space.high  # type: ignore[attr-defined]  # there are batches of Discrete and Box alone
+        low, high = space.low, space.high  # type: ignore[attr-defined]  # batches have only Discrete and Box
         allowed, kinds = "numbers", "iuf"
     shape = (rows, *(space.shape or ()))
     if array.shape != shape or array.dtype.kind not in kinds:

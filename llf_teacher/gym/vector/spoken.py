@@ -11,10 +11,10 @@ from worlds.batches import Ints, Rows
 
 
 class Spoken:
-    """What there is to say in the rows, and how much of it a subset of kinds says.
+    """The available claims in the rows, and the claims that a subset of kinds says.
 
     Args:
-        said: of the teachers.
+        said: the claims of the teachers.
     """
 
     def __init__(self, said: Said) -> None:
@@ -37,7 +37,7 @@ class Spoken:
             left: number of claims that may be said; None: all.
 
         Returns:
-            The kinds of which something is said, as a subset's number, and the number of claims.
+            The kinds with a said claim, as a subset's number, and the number of claims.
         """
         said = subset.astype(np.uint8) & self.kinds[rows]
         if self._numbers is None:
@@ -49,7 +49,7 @@ class Spoken:
         return (numbers > 0) @ _BITS, numbers.sum(1)
 
     def heard(self, rows: Ints, said: Ints) -> HeardBatch:
-        """What students hear when these kinds are said: hp and hn only if they name the action."""
+        """The kinds that students use when these kinds are said: hp and hn only if they name the action."""
         return HeardBatch(said.astype(np.int64) & self._naming[rows], self.advised[rows], self.warned[rows])
 
 
@@ -57,4 +57,4 @@ _BITS = np.array([BIT[kind] for kind in KINDS], np.uint8)
 _COUNT = SUBSET_BITS.sum(1)
 _FIRST = (SUBSET_BITS.cumsum(1)[:, None] <= np.arange(len(KINDS) + 1)[:, None]) & (SUBSET_BITS[:, None] > 0)
 WITHIN = (_FIRST * _BITS).sum(2).astype(np.uint8)
-"""Per subset and number of atoms that can be said, the subset that is said, in speaking order; uint8 (32, 6)."""
+"""For each subset and number of affordable atoms, the subset that is said, in speaking order; uint8 (32, 6)."""

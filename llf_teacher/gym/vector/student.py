@@ -27,11 +27,10 @@ class StudentVectorEnv(RowsEnv):
 
     Observation: Dict of `observation`, the world's, and of the claims in numbers:
         `said`, MultiBinary(5): the kinds, in the order r, hp, hn, fp, fn;
-        `told`: the reward in the claim of kind r, 0 without one;
-        `advised`, `warned`: the action that fp advises and that fn warns of; without one, -1 of a Discrete and the
-        centre of a Box. The claims of kind hp and hn are about the action that was taken.
-    With a teacher that is late, such as `delayed(turns=2)`, all that is said is about the turn so many turns ago.
-    With `numbers=True` it is one flat Box, float32, of the same numbers and `fields` as that of `StudentEnv`.
+        `told`: the reward in the claim of kind r, 0 without a claim; `advised`, `warned`: the action of fp and of fn;
+        without a claim, -1 for a Discrete and the centre of a Box. Claims of kind hp and hn are about the last action.
+        With a late teacher, such as `delayed(turns=2)`, all claims are about the turn that many turns ago. With
+        `numbers=True` the observation is one flat Box, float32, with the numbers and `fields` of `StudentEnv`.
     Action: the world's. Info: `success`.
 
     `lesson` gives a row as a scalar environment, `words` the teacher's words in some rows.
@@ -39,9 +38,9 @@ class StudentVectorEnv(RowsEnv):
     Args:
         env_id: an id of `llf_teacher.ids()` whose family can be played in arrays.
         num_envs: number of rows.
-        settings: of the lessons; None: the defaults.
-        autoreset_mode: one of Gymnasium's.
-        keywords: fields of `pz_envs.settings.Settings` that replace those, the world's options, and those of the
+        settings: the settings of the lessons; None: the defaults.
+        autoreset_mode: one of Gymnasium's modes.
+        keywords: fields of `pz_envs.settings.Settings` that replace them, the world's options, and options of the
             family's batch, such as `pool`. Allowed are `teacher` (personalities that withhold or delay kinds of
             claims; see `Personality.in_arrays`), `feedback_type` (not `m`: it is the
             same in each turn), `max_turns`, `until_success`, `numbers`, `render_mode` and `theme`, and for `words` and
@@ -110,7 +109,7 @@ class StudentVectorEnv(RowsEnv):
         env.resume_from(self.moment(row), bool(self.terminated()[row]), self._before(row))
 
     def _begin(self, rows: Ints, seeds: Sequence[int | None]) -> None:
-        """Only the worlds begin."""
+        """Nothing: the student's seat has no students."""
 
     def _play(self, actions: npt.NDArray[Any], rows: Rows) -> tuple[Floats, Bools, Bools]:
         self._act(actions, rows)
@@ -132,7 +131,7 @@ class StudentVectorEnv(RowsEnv):
         }
 
     def _where(self, said: Ints, actions: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """The actions where they are said, else the space's value for none."""
+        """The actions that are said; elsewhere the space's value for no action."""
         heard = said.astype(bool).reshape(-1, *(1,) * (actions.ndim - 1))
         return np.where(heard, actions, self._nothing)
 
@@ -141,7 +140,7 @@ class StudentVectorEnv(RowsEnv):
 
 
 def _claims_of(said: Said, action: npt.NDArray[Any]) -> RowClaims:
-    """What is said, by kind: r, hp, hn, fp, fn."""
+    """Whether each kind is said: r, hp, hn, fp, fn."""
     number = np.ones((len(action), len(KINDS)), np.int64)
     named = number.astype(bool)
     if said.verdicts is not None:
@@ -152,7 +151,7 @@ def _claims_of(said: Said, action: npt.NDArray[Any]) -> RowClaims:
 
 
 def _named(space: spaces.Space[Any]) -> tuple[spaces.Space[Any], Any]:
-    """The space of an action that may be named, and its value for none."""
+    """The space of an action in a claim, and its value for no action."""
     if isinstance(space, spaces.Discrete):
         return spaces.Discrete(int(space.n) + 1, start=-1), np.int64(-1)
     return space, (space.low + space.high) / 2  # type: ignore[attr-defined]  # there are batches of Discrete and Box alone

@@ -36,25 +36,25 @@ REWARDS: dict[str, Callable[[Moments[Any], Floats], Floats]] = {
     "student_progress": lambda _, regret: -regret,
     "success_minus_cost": lambda moments, _: (moments.over & moments.success).astype(np.float64),
 }
-"""The named rewards of `pz_envs.rewards` in arrays: of turns, given the moments and their regret."""
+"""The named rewards of `pz_envs.rewards` in arrays: functions of the turns' moments and regret."""
 
 
 class TeacherVectorEnv(RowsEnv):
     """Teachers' seats in arrays, each with a student that learns: `TeacherEnv` with `speech="kinds"`.
 
     Observation, action, reward, lifetimes, budgets and announcements are those of `TeacherEnv`; the episodes of a
-    lifetime begin in the same state of one world. Info: `intention`, the announced
-    action, -1 where there is none; `trimmed`. `lesson` gives a row as a scalar environment.
+    lifetime begin in the same state of one world. Info: `intention`, the announced action, -1 without one; `trimmed`.
+    `lesson` gives a row as a scalar environment.
 
     Args:
         env_id: an id of `llf_teacher.ids()` whose family can be played in arrays.
         num_envs: number of rows.
         student: a spec string or a `Student` with a form in arrays; None: `q_learning(trust=1.0)`, or `obedient` where
             actions are points of a box.
-        settings: of the lessons; None: the defaults, in a lifetime with `until_success=True`.
+        settings: the settings of the lessons; None: the defaults, in a lifetime with `until_success=True`.
         actions, episodes, vary, announce: as in `TeacherEnv`.
-        autoreset_mode: one of Gymnasium's.
-        keywords: fields of `pz_envs.settings.Settings` that replace those, the world's options, and those of the
+        autoreset_mode: one of Gymnasium's modes.
+        keywords: fields of `pz_envs.settings.Settings` that replace them, the world's options, and options of the
             family's batch, such as `pool`. Allowed are `teacher` (personalities that withhold or delay kinds of
             claims; see `Personality.in_arrays`), `feedback_type` (not `m`: it is the same in each turn), `cost`,
             `budget`, `teacher_reward` (a name of `pz_envs.rewards`), `teacher_numbers`, `max_turns`, `until_success`,
@@ -113,7 +113,7 @@ class TeacherVectorEnv(RowsEnv):
         self._start = self.worlds.state
         scalar = self._scalar(
             replace(spec, **{name: ends[1] for name, ends in self._vary.items()})
-        )  # can it be played?
+        )  # raises the errors of the scalar environment
         self._low, self._high = scalar.teacher_view.low, scalar.teacher_view.high
         self.fields = scalar.fields
         """The fields of a row's observation, in their order; empty without `teacher_numbers=True`."""
@@ -133,7 +133,7 @@ class TeacherVectorEnv(RowsEnv):
         return TeacherEnv(
             self.env_id,
             settings=replace(self.scalar_settings, speech="kinds"),
-            until_success=self.settings.until_success,  # or TeacherEnv takes False for its default
+            until_success=self.settings.until_success,  # otherwise TeacherEnv would take its own default
             student=student,
             actions=self.actions,
             episodes=self.episodes,
@@ -174,7 +174,7 @@ class TeacherVectorEnv(RowsEnv):
         self.lives.begin(rows, self.worlds.place(rows))
 
     def _draw_parameters(self, count: int, seeds: Sequence[int | None]) -> dict[str, npt.NDArray[Any]]:
-        """The drawn parameters; those of a row with a seed are the scalar environment's."""
+        """The drawn parameters; a row with a seed has those of the scalar environment."""
         parameters: dict[str, npt.NDArray[Any]] = {}
         for name in sorted(self._vary):
             low, high = self._vary[name]
@@ -217,7 +217,7 @@ class TeacherVectorEnv(RowsEnv):
         places = self.lives.here[rows]
         actions = self.students.act(rows, places, self.moments.reward[rows], self._spoken.heard(rows, said))
         self._act(actions, rows if len(rows) < self.num_envs else slice(None))
-        regret = self._stakes.regret(self.moments)  # of the states before
+        regret = self._stakes.regret(self.moments)  # in the states before the turn
         reward[rows] += REWARDS[self._reward](self.moments, regret)[rows]
         self.lives.acted(rows, regret[rows] <= NEAR)
         self.lives.arrive(rows, self.worlds.place(rows))
@@ -285,7 +285,7 @@ class TeacherVectorEnv(RowsEnv):
 
 
 class _RowSeeds(Seeds):
-    """Seeds of a lesson whose student draws from the stream of a row in all episodes."""
+    """The seeds of a scalar lesson; its student draws from the stream of a row in all episodes."""
 
     def __init__(self, seed: int, student: np.random.Generator) -> None:
         super().__init__(seed)

@@ -14,8 +14,8 @@ from teachers.atoms import ParseFailure
 SEEDS = 1000
 """Tasks of each environment in a split."""
 _FIRST = {"train": 0, "test": 1_000_000}  # seed of each split
-_BUTTONS = 12  # on the web page, at most
-_SETTINGS = ("teacher", "feedback_type", "instruction_type", "max_turns")  # that clients may choose
+_BUTTONS = 12  # greatest number of buttons on the web page
+_SETTINGS = ("teacher", "feedback_type", "instruction_type", "max_turns")  # settings that clients may choose
 
 
 class FeedbackServerEnvironment(Environment[FeedbackAction, FeedbackObservation, State]):
@@ -66,11 +66,12 @@ class FeedbackServerEnvironment(Environment[FeedbackAction, FeedbackObservation,
         """Begin an episode of a task, or of an id (by default the first) and a seed.
 
         Args:
-            seed: of the episode, if it is no task.
-            episode_id: name of the episode; None: a new one.
-            split, index: of the task.
-            id: of the environment, if it is no task.
-            others: of these the settings `teacher`, `feedback_type`, `instruction_type` and `max_turns` are used.
+            seed: the seed of the episode, without a task.
+            episode_id: name of the episode; None: a new name.
+            split, index: the task.
+            id: the id of the environment, without a task.
+            others: may have the settings `teacher`, `feedback_type`, `instruction_type` and `max_turns`; the rest is
+                ignored.
 
         Raises:
             ValueError: a setting is not allowed.

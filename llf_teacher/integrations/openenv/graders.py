@@ -1,8 +1,8 @@
-"""Graders: scores of episodes between the oracle as ceiling and silence as floor, with a liar as canary.
+"""Graders: scores of episodes between a ceiling (the oracle) and a floor (silence), with a liar as canary.
 
 `python -m llf_teacher.integrations.openenv.graders` prints a line for each environment, and exits with 1 if a score is
-where it must not be. `--canaries FILE` writes the canary's actions. An episode is scored by its regret: rewards of some
-environments are greatest for a task that is never finished.
+where it must not be. `--canaries FILE` writes the canary's actions. An episode's score is based on its regret, since in
+some environments an unfinished task has the greatest reward.
 """
 
 import argparse
@@ -20,11 +20,11 @@ from llf_teacher.studies.execution.episode import play
 from pz_envs.family import all_families
 
 ROLES = {"ceiling": ("oracle", "oracle"), "floor": ("silent", "text_only"), "canary": ("mistake(eps=1)", "text_only")}
-"""Teacher and student of each reference: the student of the last two does what the teacher's words say."""
+"""Teacher and student of each reference. In the last two the student does what the teacher's words say."""
 HALF = 0.5
 """The canary's score must be below this: nearer to the floor than to the ceiling."""
 SEEDS, TURNS = 3, 5
-"""Episodes of a reference, and turns of a canary that is written."""
+"""Number of episodes of a reference, and of turns in a written canary."""
 
 
 def records(id: str, role: str, seeds: int = SEEDS, max_turns: int | None = None) -> Iterator[Record]:

@@ -13,7 +13,7 @@ class FeedbackAction(Action):
 class FeedbackObservation(Observation):
     """The student's observation.
 
-    `metadata` has `success`, the `kinds` of feedback that were given, and `failure`, why a text was no action, or null.
+    `metadata` has `success`, the `kinds` of the feedback, and `failure`, why a text was not an action, or null.
     """
 
     instruction: str = Field(default="", description="The task; given at the beginning")

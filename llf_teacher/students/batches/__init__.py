@@ -29,11 +29,11 @@ class Seats(NamedTuple):
     states: int
     """Number of states; an observation is a state's number, from 0."""
     space: spaces.Space[Any]
-    """That of the actions: a Discrete from 0, or for some students a Box of shape (n,)."""
+    """The space of the actions: a Discrete from 0, or for some students a Box of shape (n,)."""
     streams: Streams
-    """The random streams of the rows, from which students draw as policies would."""
+    """The random streams of the rows; students draw from them like policies."""
     late: int = 0
-    """How many turns ago the turn was that all feedback is about."""
+    """The delay of all feedback, in turns."""
 
     @property
     def actions(self) -> int:
@@ -64,14 +64,14 @@ class StudentBatch(ABC, Generic[S]):
 
         Args:
             rows: their rows.
-            drawn: values of the parameters that differ by student, each of shape (len(rows),).
+            drawn: values of the parameters that differ between students, each of shape (len(rows),).
         """
         for name, values in drawn.items():
             self._drawn.setdefault(name, np.zeros(self.rows, values.dtype))[rows] = values
         self.renew(rows)
 
     def parameter(self, name: str, rows: Rows) -> Any:
-        """A parameter of the students of these rows: an array, or one number if it is the same for all."""
+        """A parameter of the students of these rows: an array, or a number if it is the same for all."""
         return self._drawn[name][rows] if name in self._drawn else getattr(self.spec, name)
 
     def student(self, row: int) -> S:
@@ -80,7 +80,7 @@ class StudentBatch(ABC, Generic[S]):
 
     def begin(self, rows: Ints) -> None:
         """Begin an episode."""
-        if self.spec.forget:  # type: ignore[attr-defined]  # every student in arrays has it
+        if self.spec.forget:  # type: ignore[attr-defined]  # every student in arrays has `forget`
             self.clear(rows)
         self.start(rows)
 
@@ -111,7 +111,7 @@ class StudentBatch(ABC, Generic[S]):
         """Begin an episode with what is remembered."""
 
     def intend(self, rows: Ints, places: Ints, rewards: Floats) -> Ints:
-        """The actions that rows announce; arguments as of `act`. Only learners announce any."""
+        """The announced actions of rows; arguments as in `act`. Only learners announce actions."""
         raise TypeError(f"{self.spec} announces nothing")
 
     @abstractmethod
@@ -120,9 +120,9 @@ class StudentBatch(ABC, Generic[S]):
 
         Args:
             rows: the rows, shape (n,); so are the others and the result.
-            places: number of the state that each observes.
+            places: the number of each row's observed state.
             rewards: the last rewards.
-            heard: what each has heard since it acted last.
+            heard: what each row has heard since its last action.
         """
 
     @abstractmethod
@@ -131,14 +131,14 @@ class StudentBatch(ABC, Generic[S]):
 
     @abstractmethod
     def finish(self, rows: Ints, places: Ints, rewards: Floats, terminated: Bools, heard: HeardBatch) -> None:
-        """Learn from the end of an episode; arguments as of `act`, and whether the states are terminal."""
+        """Learn from the end of an episode; arguments as in `act`, and whether the states are terminal."""
 
     def lost(self, rows: Ints) -> Bools:
-        """Which states will not come again, bool (len(rows), states), after `finish`; where there are ever new ones."""
+        """The states that cannot recur after `finish`, bool (len(rows), states); needed if new states can appear."""
         raise TypeError(f"{self.spec} loses no states")
 
     def forget(self, rows: Ints, lost: Bools, states: int) -> None:
-        """Forget them; `states` is the number of states from now on."""
+        """Forget lost states; `states` is the number of states from now on."""
         raise TypeError(f"{self.spec} loses no states")
 
     @abstractmethod
@@ -155,12 +155,12 @@ class StudentBatch(ABC, Generic[S]):
 
 
 class LearnerBatch(StudentBatch[Learner]):
-    """`LearnerPolicy` in arrays; arguments as of the base."""
+    """`LearnerPolicy` in arrays; arguments as in the base class."""
 
     def __init__(self, spec: Learner, seats: Seats) -> None:
         super().__init__(spec, seats)
         self.meant = np.full(seats.rows, _NONE)
-        """The intended action of each row, shape (rows,), int; -1 where it is not yet chosen."""
+        """The intended action of each row, shape (rows,), int; -1 before it is chosen."""
         self._acted = np.zeros(seats.rows, bool)
 
     def start(self, rows: Ints) -> None:
@@ -169,7 +169,7 @@ class LearnerBatch(StudentBatch[Learner]):
         self._acted[rows] = False
 
     def intend(self, rows: Ints, places: Ints, rewards: Floats) -> Ints:
-        """The intended actions of rows; arguments as of `act`."""
+        """The intended actions of rows; arguments as in `act`."""
         unsure = np.flatnonzero(self.meant[rows] == _NONE)
         if len(unsure):
             those, here = rows[unsure], places[unsure]
@@ -207,7 +207,7 @@ class LearnerBatch(StudentBatch[Learner]):
 
     def teach(self, policy: Policy[Any], row: int, turn: int, seen: Sequence[Any], here: int) -> None:
         """Copy the memory of a row; a subclass copies what it has learned."""
-        assert isinstance(policy, LearnerPolicy)  # noqa: S101  # that of its student
+        assert isinstance(policy, LearnerPolicy)  # noqa: S101  # the policy of its student
         policy.rng = self.streams.stream(row)
         meant = int(self.meant[row])
         policy.resume_at(turn, None if meant == _NONE else meant, bool(self._acted[row]))

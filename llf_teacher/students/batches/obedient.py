@@ -15,11 +15,11 @@ from teachers.feedback import BIT
 from worlds.batches import Bools, Floats, Ints, without
 
 _OWN, _ADVISED = 0, 1
-"""What a student holds for right in a state: an action of its own, found when it held none, and the advised one."""
+"""The actions that a student believes right in a state: its own, found without advice, and the advised one."""
 
 
 class ObedientBatch(StudentBatch[Obedient]):
-    """The policy of `obedient` in arrays; arguments as of the base.
+    """The policy of `obedient` in arrays; arguments as in the base class.
 
     Raises:
         ValueError: the teacher is late.
@@ -36,7 +36,7 @@ class ObedientBatch(StudentBatch[Obedient]):
         self._held = np.full((seats.rows, seats.states, 2, *shape), np.nan)
         self._right = np.zeros((seats.rows, seats.states, 2), bool)
         self._returns = np.zeros((seats.rows, seats.states), bool)
-        """Whether a state may come again: only a point that was drawn, and not praised, never does."""
+        """Whether a state may recur: all may, except a drawn point without praise."""
         self._place, self._action = np.zeros(seats.rows, np.int64), np.zeros((seats.rows, *shape))
         self._acted, self._drew = np.zeros(seats.rows, bool), np.zeros(seats.rows, bool)
 
@@ -54,7 +54,7 @@ class ObedientBatch(StudentBatch[Obedient]):
         self._acted[rows] = False
 
     def act(self, rows: Ints, places: Ints, rewards: Floats, heard: HeardBatch) -> npt.NDArray[Any]:
-        """Learn from what is said, then act; the actions are float, of shape (n, ...)."""
+        """Learn from the claims, then act; the actions are float, of shape (n, ...)."""
         kinds, advised, warned = heard
         self._hear(rows, places, kinds)
         has = kinds & BIT[FP] > 0
@@ -82,18 +82,18 @@ class ObedientBatch(StudentBatch[Obedient]):
         self._acted[rows] = False
 
     def lost(self, rows: Ints) -> Bools:
-        """Points that were drawn, unless they will be proposed again."""
+        """Drawn points, unless they will be proposed again."""
         lost: Bools = ~self._returns[rows]
         return lost
 
     def forget(self, rows: Ints, lost: Bools, states: int) -> None:
-        """Forget what was right there."""
+        """Forget the actions of lost states."""
         self._held = without(self._held, rows, lost, states, np.nan)
         self._right = without(self._right, rows, lost, states)
         self._returns = without(self._returns, rows, lost, states)
 
     def _hear(self, rows: Ints, places: Ints, kinds: Ints) -> None:
-        """Learn from the verdict on the last action, if there was one, which has led to these places."""
+        """Learn from the verdict, if any, on the last action, which led to these places."""
         for kind, right in ((HP, True), (HN, False)):
             judged = rows[self._acted[rows] & (kinds & BIT[kind] > 0)]
             self._judge(judged, self._place[judged], self._action[judged], right)

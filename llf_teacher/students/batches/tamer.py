@@ -15,7 +15,7 @@ from worlds.batches import Bools, Floats, Ints, most
 
 
 class Tamers(StudentBatch[Tamer]):
-    """A table of expected labels per row; arguments as of the base."""
+    """A table of expected labels per row; arguments as in the base class."""
 
     def __init__(self, spec: Tamer, seats: Seats) -> None:
         super().__init__(spec, seats)
@@ -23,7 +23,7 @@ class Tamers(StudentBatch[Tamer]):
         """Expected label per row, state and action."""
         self._count = np.zeros(seats.rows, np.int64)  # steps of the episode
         self._depth = seats.late + 1
-        self._steps = np.zeros((seats.rows, self._depth), np.int64)  # state * actions + action of the last ones
+        self._steps = np.zeros((seats.rows, self._depth), np.int64)  # state * actions + action of the last steps
 
     def clear(self, rows: Ints) -> None:
         """Forget all labels."""
@@ -67,7 +67,7 @@ class Tamers(StudentBatch[Tamer]):
         return step
 
     def teach(self, policy: Policy[Any], row: int, turn: int, seen: Sequence[Any], here: int) -> None:
-        """Copy the table of a row, and of the steps those that may still be evaluated."""
+        """Copy the table of a row, and the steps that may still be evaluated."""
         policy.rng = self.streams.stream(row)
         count, steps = int(self._count[row]), []
         for ago in reversed(range(count)):

@@ -20,13 +20,13 @@ from worlds.batches.streams import Streams
 
 
 class TraitedBatch(StudentBatch[Student]):
-    """What is heard passes the traits from left to right, then the students act; so does what they do.
+    """Claims pass the traits from left to right, then the students act, and their actions pass the traits, too.
 
     Args:
         spec: the student with its traits.
-        traits: these, with a form in arrays each.
-        inner: the students without them.
-        seats: where they play.
+        traits: the traits, each with a form in arrays.
+        inner: the students without traits.
+        seats: the seats of the students.
     """
 
     def __init__(self, spec: Student, traits: Sequence[Trait], inner: StudentBatch[Any], seats: Seats) -> None:
@@ -45,7 +45,7 @@ class TraitedBatch(StudentBatch[Student]):
 
     def student(self, row: int) -> Student:
         """The student of a row."""
-        return self.spec  # those with traits do not vary
+        return self.spec  # students with traits do not vary
 
     def begin(self, rows: Ints) -> None:
         """Begin an episode."""
@@ -57,10 +57,10 @@ class TraitedBatch(StudentBatch[Student]):
         self.inner.clear(rows)
 
     def start(self, rows: Ints) -> None:
-        """Begin an episode: each trait with a stream beside that of the student, as `streams_beside` gives them."""
+        """Begin an episode; each trait gets one of the streams from `streams_beside`."""
         self._turns[rows] = self._since[rows] = self._asked[rows] = 0
         for number, (_, scene) in enumerate(self._parts):
-            scene.streams.states[rows] = self.streams.beside(1 + number, rows)  # the first is for words
+            scene.streams.states[rows] = self.streams.beside(1 + number, rows)  # the first stream is for words
 
     def act(self, rows: Ints, places: Ints, rewards: Floats, heard: HeardBatch) -> Ints:
         """The actions after all traits."""
@@ -73,12 +73,12 @@ class TraitedBatch(StudentBatch[Student]):
         return actions
 
     def intend(self, rows: Ints, places: Ints, rewards: Floats) -> Ints:
-        """What the students mean to do, before their traits change what they hear and do."""
+        """The actions that the students intend, before their traits change what they hear and do."""
         self._forget(rows)
         return self.inner.intend(rows, places, rewards)
 
     def _forget(self, rows: Ints) -> None:
-        """Begin with a new student where a trait forgets in this turn; each is asked once, but in the first turn."""
+        """Begin with a new student in rows where a trait forgets in this turn; the first turn asks none."""
         rows = rows[self._asked[rows] < self._turns[rows]]
         self._asked[rows] = self._turns[rows]
         forgets = np.zeros(len(rows), bool)
@@ -91,7 +91,7 @@ class TraitedBatch(StudentBatch[Student]):
             self._since[anew] = self._turns[anew]
 
     def _through(self, rows: Ints, heard: HeardBatch) -> HeardBatch:
-        """What is heard after the traits."""
+        """The claims after the traits."""
         for trait, scene in self._parts:
             scene.rows = rows
             heard = trait.hear_rows(heard, scene)
@@ -103,7 +103,7 @@ class TraitedBatch(StudentBatch[Student]):
         self.inner.take(rows, places, actions)
 
     def finish(self, rows: Ints, places: Ints, rewards: Floats, terminated: Bools, heard: HeardBatch) -> None:
-        """The students hear the last words through their traits, too."""
+        """Pass the last words through the traits to the students."""
         self.inner.finish(rows, places, rewards, terminated, self._through(rows, heard))
 
     def teach(self, policy: Policy[Any], row: int, turn: int, seen: Sequence[Any], here: int) -> None:

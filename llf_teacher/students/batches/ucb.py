@@ -18,7 +18,7 @@ class Ucbs(LearnerBatch):
         super().__init__(spec, seats)
         self.count, self.total = np.zeros((seats.rows, seats.actions), np.int64), np.zeros((seats.rows, seats.actions))
         """How often each action's reward was counted, and their sums, shape (rows, actions)."""
-        self._rank = np.zeros((seats.rows, seats.actions), np.int64)  # untried actions are tried from the highest on
+        self._rank = np.zeros((seats.rows, seats.actions), np.int64)  # untried actions come in descending order
         self._last = np.zeros(seats.rows, np.int64)
 
     def clear(self, rows: Ints) -> None:

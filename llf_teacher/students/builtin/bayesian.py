@@ -15,7 +15,7 @@ from teachers.atoms import FN, FP, HN, HP, action_of
 from teachers.spec import Range
 from worlds.world import World
 
-_STEADY = 0.75  # probability that a teacher says its belief rather than anything else
+_STEADY = 0.75  # probability that a teacher says its belief
 _SWEEPS = 4
 _DRAWS = 256
 _ADVICE, _WARNING, _VERDICT = range(3)  # the skills of a teacher: fp, fn, and hp with hn
@@ -39,7 +39,7 @@ class _Policy(Policy["Bayesian"]):
         self.skill = [trust, trust, trust]
         """Expected share of right beliefs, for advice, warnings and verdicts."""
         self.best: dict[Any, NDArray[np.float64]] = {}
-        """By state, the probability of each action that it is the best, shape (n,)."""
+        """For each state, each action's probability of being the best, shape (n,)."""
         self._advised: dict[Any, NDArray[np.float64]] = {}
         self._warned: dict[Any, set[int]] = {}
         self._judged: dict[tuple[Any, int], list[int]] = {}
@@ -63,7 +63,7 @@ class _Policy(Policy["Bayesian"]):
         return action
 
     def did(self, action: Any) -> None:
-        """Note the action in place of the last one."""
+        """Note the action, which replaces the last one."""
         self._steps[-1] = self._steps[-1][0], int(action)
 
     def _live(self, state: Any, info: dict[str, Any]) -> None:
@@ -131,7 +131,7 @@ class _Policy(Policy["Bayesian"]):
         steady, slip = math.log(_STEADY), math.log(1 - _STEADY)
         if state in self._advised:
             said = self._advised[state]
-            # The log-likelihood of the claims, per action that the teacher may believe to be the best.
+            # The log-likelihood of the claims for each action that the teacher may believe to be the best.
             heard = said * steady + (said.sum() - said) * (slip - math.log(n - 1))
             others = [np.logaddexp.reduce(np.delete(heard, i)) for i in range(n)]
             yield _ADVICE, heard, np.array(others) - math.log(n - 1)
@@ -148,7 +148,7 @@ class _Policy(Policy["Bayesian"]):
                 yield _VERDICT, right, wrong
 
     def _evidence(self) -> dict[Any, NDArray[np.float64]]:
-        """By state, the log-probability of each action that it is the best, from experience; shape (n,)."""
+        """For each state, each action's log-probability of being the best, from experience; shape (n,)."""
         if self.family.repeated:
             return {} if not self._rewards else {state: self._by_rewards(state) for state in self.best}
         found: dict[Any, NDArray[np.float64]] = {}
@@ -179,12 +179,12 @@ class Bayesian(Student):
     """Infers the best of the discrete actions in each state, from claims and from experience.
 
     The teacher is modelled as an annotator of unknown skill (Dawid & Skene 1979; Raykar et al. 2010). It has beliefs
-    about each state, which are right with a probability that is inferred separately for advice, warnings and verdicts,
-    and it mostly says what it believes: a repetition adds no evidence, a contradiction weakens it. Claims of a teacher
-    worse than chance count as their opposite. Experience is further evidence: if a task is asked repeatedly, the
-    rewards of each action, as normal means with a prior worth one observation; otherwise, that a round trip cannot
-    consist of best actions only, and that the action that solved the task was best. Mean-field sweeps infer skills and
-    best actions together.
+    about each state. The student infers the probability that they are right, separately for advice, warnings and
+    verdicts. The teacher mostly says what it believes: a repetition adds no evidence, a contradiction weakens it.
+    Claims of a teacher worse than chance count as their opposite. Experience is further evidence: if a task is asked
+    repeatedly, the rewards of each action, as normal means with a prior worth one observation; otherwise two facts: a
+    round trip cannot consist of best actions only, and the action that solved the task was best. Mean-field sweeps
+    infer skills and best actions together.
     """
 
     trust: Annotated[float, Range(0.01, 0.99)] = 0.8

@@ -1,4 +1,4 @@
-"""line_search: search over texts made of lines of equal words, from the score alone."""
+"""line_search: search over texts made of lines of equal words, using only the score."""
 
 from dataclasses import dataclass
 from typing import Any

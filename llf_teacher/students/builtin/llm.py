@@ -15,7 +15,7 @@ from llf_teacher.students.talking import TalkingPolicy
 from pz_envs.text.thoughts import STOPS
 from teachers.spec import check_range
 
-_DIGEST = "#"  # between a folder of prompts and the digest of its files
+_DIGEST = "#"  # separates a folder of prompts from the digest of its files
 
 
 class _Policy(TalkingPolicy["LLM"]):
@@ -28,7 +28,7 @@ class _Policy(TalkingPolicy["LLM"]):
         if self._goes_on and (most := self.spec.memory):
             try:
                 self.talk.note(self._model.answer(self.talk.review(most)).text, most)
-            except NoAnswerError:  # withheld: it goes on without notes
+            except NoAnswerError:  # the filter withheld them: go on without notes
                 self.talk.note("", most)
         super().begin()
 
@@ -72,17 +72,18 @@ class LLM(AsksModel, Student):
     answer: str = "text"
     """Form of the model's answer: `text`, a `json` object, or a call of a `tool`."""
     prompts: str | None = None
-    """Folder of templates and examples in place of the default, or `neutral`; the spec adds the digest of its files."""
+    """Folder of templates and examples that replace the default, or `neutral`; the spec adds the digest of its files.
+    """
     input_price: float | None = None
     output_price: float | None = None
     cached_price: float | None = None
     endpoint: str = ""
     images: int = 1
-    """Number of the latest turns that are sent with their images, if there are any."""
+    """Number of latest turns that are sent with images, if there are images."""
     extra: dict[str, Any] | None = None
     memory: int = 0
-    """Words that it may write down after an episode, which replace the conversation in its next one; 0: none. Without
-    an answer to that, as where a filter withholds it, nothing is written down."""
+    """Greatest number of words of its notes after an episode, which replace the conversation in the next one; 0: no
+    notes. If the model gives no answer, for instance because of a filter, there are no notes."""
 
     reads = "words"
     text = True
@@ -119,10 +120,10 @@ class LLM(AsksModel, Student):
 
 
 def _with_digest(prompts: Any) -> str:
-    """A folder of prompts with the digest of its files, as a spec has it.
+    """A folder of prompts with the digest of its files, as in a spec.
 
     Raises:
-        ValueError: the folder has no prompts, or other ones than the digest says.
+        ValueError: the folder has no prompts, or its prompts do not match the digest.
     """
     folder, _, was = f"{prompts}".rpartition(_DIGEST) if _DIGEST in f"{prompts}" else (f"{prompts}", "", "")
     now = digest_of(folder)

@@ -1,6 +1,6 @@
-"""nelder_mead: a simplex that moves over a box of actions, from rewards, with or without advice.
+"""nelder_mead: moves a simplex over a box of actions, by rewards, with or without advice.
 
-For worlds whose state is the action.
+For worlds whose state is the last action.
 """
 
 from collections.abc import Collection
@@ -33,7 +33,7 @@ class _Policy(LearnerPolicy["NelderMead"]):
         return self._own
 
     def take(self, action: Any) -> None:
-        """Note the point that is tried."""
+        """Note the tried point."""
         self._trial = np.asarray(action, self._low.dtype)
         self._by_advice = action is not self._own
 
@@ -86,7 +86,7 @@ class _Policy(LearnerPolicy["NelderMead"]):
 
         Args:
             stage: the next stage.
-            factor: distance from the centre, in distances of the worst vertex; below 0 on its side.
+            factor: distance from the centre, in distances of the worst vertex; negative on the side of that vertex.
         """
         centre = np.mean([point for _, point in self._simplex[:-1]], axis=0)
         self._stage, self._next = stage, [centre + factor * (centre - self._simplex[-1][1])]

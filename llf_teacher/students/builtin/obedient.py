@@ -34,7 +34,7 @@ class _Policy(ListeningPolicy["Obedient"], AdviceTaker["Obedient"]):
 
 @dataclass(frozen=True)
 class Obedient(Believer):
-    """Believes every claim about an action, hedged or flat; it reads claims as data, so the wording has no effect."""
+    """Believes every claim about an action, hedged or not; it reads claims as data, so the wording has no effect."""
 
     follows_words: bool = False
     """Whether it also believes words of people and models without claims, as far as `pz_envs.text.claims` reads."""

@@ -1,4 +1,4 @@
-"""oracle: acts by an optimal policy with the truth in view; the upper bound in every study."""
+"""oracle: acts by an optimal policy and sees the truth; the upper bound in every study."""
 
 from dataclasses import dataclass
 from typing import Any

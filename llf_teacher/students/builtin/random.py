@@ -8,7 +8,7 @@ from pz_envs.learning import NoRewards
 
 
 class _Policy(Policy["Random"]):
-    """Draws an action from those that the world offers."""
+    """Draws one of the world's actions."""
 
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
         """A random legal action, from the admissible actions if the environment lists them."""

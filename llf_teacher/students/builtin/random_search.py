@@ -31,13 +31,13 @@ class _Policy(Policy["RandomSearch"]):
         return self._last
 
     def did(self, action: Any) -> None:
-        """Note the answer in place of the last one."""
+        """Note the answer, which replaces the last one."""
         self._last = action
 
 
 @dataclass(frozen=True)
 class RandomSearch(Student):
-    """Tries random actions, which it ends at the maximum reward, then repeats the best."""
+    """Tries random actions, at most until the maximum reward, then repeats the best."""
 
     tries: int = 10
     """Number of random actions, at least 1."""

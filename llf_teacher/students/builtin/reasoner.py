@@ -1,4 +1,4 @@
-"""reasoner: weighs the worlds it may be in by each claim, and takes the action of least expected regret."""
+"""reasoner: weighs possible worlds by each claim, and takes the action of least expected regret."""
 
 from dataclasses import dataclass
 from typing import Annotated, Any
@@ -42,13 +42,13 @@ class _Policy(ListeningPolicy["Reasoner"]):
         self.belief.keep(rules)
 
     def succeed(self, past: Policy[Any]) -> None:
-        """Take over what was seen, without what was said: where it is depends on where it has been."""
-        assert isinstance(past, _Policy)  # noqa: S101  # of the same student
+        """Take over the observations, without the claims: its position depends on its past moves."""
+        assert isinstance(past, _Policy)  # noqa: S101  # a policy of the same student
         self.belief = past.belief
         self.belief.forget()
 
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> int:
-        """See, learn, and act; equally good actions are drawn from."""
+        """See, learn, and act; ties are broken at random."""
         self.belief.see(info["sealed"])
         heard = self.heard(observation, info, self._turns)
         self.belief.learn(heard, read=heard[len(info["atoms"]) :])
@@ -59,7 +59,7 @@ class _Policy(ListeningPolicy["Reasoner"]):
         return action
 
     def finish(self, observation: dict[str, Any], info: dict[str, Any], terminated: bool) -> None:
-        """Hear the last words, of which only rules matter."""
+        """Hear the last words; only rules matter."""
         self.belief.keep(atom.claim for atom in info["atoms"] if atom.claim.scope is Scope.FAMILY)
 
 
@@ -72,22 +72,21 @@ def _has_values(family: Subject) -> bool:
 class Reasoner(Student):
     """Draws worlds that it cannot distinguish from its own, and weighs them by each claim that it hears.
 
-    A claim is whatever it `means` in a world, so that no family's claims need to be known. A world counts less by the
-    factor 1 - trust for each claim that does not hold in it, as `teachers.belief.Belief` says. It takes the action
-    whose regret, by the values of the family's oracle in each of these worlds, is least in the mean, among those that
-    are best in one of them. It looks one action ahead, and so never acts only to learn.
-
-    If it does not forget, the rules of a town that it has heard weigh worlds in later episodes, too.
+    It evaluates a claim's `means` in each world, so it needs no knowledge of a family's claims. Each claim that does
+    not hold in a world multiplies the world's weight by 1 - trust, see `teachers.belief.Belief`. Among the actions that
+    are best in some world it takes the one with the least mean regret, by the values of the family's oracle. It looks
+    one action ahead, and so never acts only to learn. If it does not forget, rules of a town that it has heard also
+    weigh worlds in later episodes.
     """
 
     worlds: Annotated[int, Range(1, 100_000)] = 256
-    """Number of worlds that are drawn in a turn; more where few of them count."""
+    """Number of worlds drawn in a turn; more if few of them have weight."""
     trust: Share = 1.0
-    """By how much less than 1 a world counts for each claim that is false in it, 0 to 1; 0: it hears nothing."""
+    """1 minus the factor of a world's weight for each claim that is false in it, 0 to 1; 0: claims have no effect."""
     forget: bool = True
-    """Whether each episode starts without memory, as it should if each has another town."""
+    """Whether each episode starts without memory; use it if each has another town."""
     follows_words: bool = False
-    """As of `obedient`."""
+    """Whether it also believes words without claims, see `obedient`."""
     reads = "atoms"
     draws_worlds = True
     policy = _Policy

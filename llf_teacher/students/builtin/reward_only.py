@@ -1,4 +1,4 @@
-"""reward_only: the student that learns from rewards alone in the family at hand."""
+"""reward_only: learns from rewards alone, by the method that suits the family."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -16,5 +16,5 @@ class RewardOnly(Student):
     reads = "reward"
 
     def seat(self, family: Subject, world: World[Any]) -> Policy[Any]:
-        """The policy of that student."""
+        """The policy of the named student."""
         return student_for(family.learning).seat(family, world)

@@ -30,7 +30,7 @@ class _Policy(Policy["RunAndTumble"]):
         return self._action
 
     def did(self, action: Any) -> None:
-        """Note the action in place of the last one."""
+        """Note the action, which replaces the last one."""
         self._action = action
 
 

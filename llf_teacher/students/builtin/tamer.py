@@ -34,7 +34,7 @@ class _Policy(Policy["Tamer"]):
         """The states and actions of the episode, by turn."""
 
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> int:
-        """Learn from what was said since the last action, then take an action of the greatest prediction.
+        """Learn from the verdicts since the last action, then take an action of the greatest prediction.
 
         Labels are not summed like rewards, so the horizon is one action. Ties are broken at random.
         """
@@ -48,11 +48,11 @@ class _Policy(Policy["Tamer"]):
         return action
 
     def did(self, action: Any) -> None:
-        """Note the action in place of the last one."""
+        """Note the action, which replaces the last one."""
         self.steps[-1] = self.steps[-1][0], int(action)
 
     def finish(self, observation: dict[str, Any], info: dict[str, Any], terminated: bool) -> None:
-        """Learn from what was said since the last action."""
+        """Learn from the verdicts since the last action."""
         self._learn(info["atoms"])
         self.steps = []
 
@@ -66,13 +66,13 @@ class _Policy(Policy["Tamer"]):
             self._human.add((state,), row)
 
     def hear(self, turn: int, label: float) -> None:
-        """A step towards the label of a turn's action; turns count from 1, and 0 is silence, which is not a label."""
+        """A step towards the label of a turn's action; turns count from 1. A label of 0, silence, changes nothing."""
         state, action = self.steps[turn - 1]
         if label:
             self._human.add(state, self.spec.alpha * (label - self._human(state)[action]), action)
 
     def _learn(self, atoms: Any) -> None:
-        """Hear the verdicts of atoms on actions of this episode, in the order of their turns; several are added."""
+        """Hear the verdicts of atoms on actions of this episode, in the order of turns; several for a turn add up."""
         labels: dict[int, float] = {}
         for atom in atoms:
             turn, claim = atom.about_turn, atom.claim
@@ -89,12 +89,12 @@ class Tamer(Student):
     """TAMER (Knox & Stone 2009): supervised learning of the trainer's praise (1) and blame (-1), and greedy actions.
 
     The paper has linear functions of features, and spreads a label over the last actions by a density of the trainer's
-    delay. Here there is a table, or tiles, and a label counts for the turn that it is about, also if it comes turns
-    later. Claims about another action, advice and warnings are not evaluation and are ignored.
+    delay. Here there is a table, or tiles, and a label counts for the turn that it is about, even if it comes later.
+    Claims about another action, advice and warnings are not evaluation and are ignored.
     """
 
     forget: bool = True
-    """Whether each episode starts without memory, as it should if each has another world."""
+    """Whether each episode starts without memory; use it if each has another world."""
     tiles: Annotated[int, Range(0, 64)] = 0
     """Number of tilings of a bounded state, each shifted by a part of a tile (Sutton & Barto 2018, 9.5.4), 0 to 64."""
     alpha: Share = 0.3

@@ -14,7 +14,7 @@ from teachers.atoms import FP, HN, HP, ActionClaim, Claim, EditClaim, ParseFailu
 from teachers.voice import voice_names
 
 _BLANK = "..."  # a line without words so far
-_LINE = re.compile(r"[1-9]\d?\d?", re.ASCII)  # a line's number; it bounds the lines that are filled with blanks
+_LINE = re.compile(r"[1-9]\d?\d?", re.ASCII)  # digits of a line's number; bounds the number of blank lines
 
 
 class _Policy(AdviceTaker["TextOnly"]):
@@ -70,7 +70,7 @@ class _Policy(AdviceTaker["TextOnly"]):
                 self.learn(claim.kind, self._actions[at - 1], at)
 
     def _hear(self, claim: type[Claim[Any]], words: Sequence[str], turn: int, endless: bool = False) -> None:
-        """Learn from actions by their names, if all of the names are actions."""
+        """Learn from a list of action names, if all of them name actions."""
         actions = [read_exactly(word, self.world) for word in words]
         if not any(type(action) is ParseFailure for action in actions):
             self.hear(claim.kind, actions, turn, endless)
@@ -92,8 +92,8 @@ class _Policy(AdviceTaker["TextOnly"]):
 class TextOnly(Believer):
     """Believes every sentence of the family that it recognises, in all named voices.
 
-    It reads names of actions; lists of actions, as a plan, or, in feedback, as advice to take the first; corrections of
-    a line of its last text, or of its end; and verdicts without an action, as verdicts on its own action.
+    It reads names of actions; lists of actions, which are a plan, or in feedback advice to take the first; corrections
+    of a line or of the end of its last text; and verdicts without an action, which are about its own action.
     """
 
     reads = "words"

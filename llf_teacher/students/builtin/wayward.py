@@ -10,7 +10,7 @@ from teachers.testing.habits import HABITS, Seen
 
 
 class _Policy(Policy["Wayward"]):
-    """Acts by its habit, with the truth in view."""
+    """Acts by its habit, and sees the truth."""
 
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
         """The action of the habit."""

@@ -1,4 +1,4 @@
-"""capitulates(after): gives in to advice that it has not taken several times in a row."""
+"""capitulates(after): gives in to advice after not following it several times in a row."""
 
 from dataclasses import dataclass
 from typing import Annotated, Any
@@ -13,13 +13,14 @@ from teachers.spec import Range
 class Capitulates(Trait):
     """Takes the advised action once it has heard advice, and done something else, `after` times in a row.
 
-    Turns without advice do not count. When it takes the advice, of itself or because it gives in, it begins to count
-    anew. Of several pieces of advice for a turn the last counts.
+    Turns without advice do not count. When it takes the advice, by choice or because it gives in, the count restarts.
+    If there are several pieces of advice for a turn, the last one counts.
     """
 
     after: Annotated[float | None, Range(0, 1e6)] = 2
-    """The number of times, 0 to 1e6, 0: it always takes advice. Of 2.25 it is 3 in a quarter of cases, else 2, drawn
-    whenever it begins to count. None: it never gives in."""
+    """The number of times, 0 to 1e6, 0: it always takes advice. A value of 2.25 means 3 in a quarter of cases, else 2,
+    drawn whenever the count restarts. None: it never gives in.
+    """
     strength, absent = "after", None
 
     def hear(self, atom: Atom, scene: Scene) -> Claim[Any]:

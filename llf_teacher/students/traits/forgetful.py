@@ -15,9 +15,9 @@ from worlds.batches import Bools
 class Forgetful(Trait):
     """Forgets, before a turn, all that it has heard and seen, with probability 1 - 2 ** (-1 / half_life).
 
-    So of what it heard k turns ago it still knows each thing with probability 2 ** (-k / half_life), all things
-    together. It goes on like a new student of its kind: a learner without values, a model with an empty conversation.
-    What remains is the instruction, without what that says of actions.
+    So it still knows what it heard k turns ago with probability 2 ** (-k / half_life); it forgets everything at once.
+    It goes on like a new student of its kind: a learner without values, a model with an empty conversation. The
+    instruction remains, without its claims about actions.
     """
 
     half_life: Annotated[float | None, Range(0.01, 1e6)] = 5
@@ -25,7 +25,7 @@ class Forgetful(Trait):
     strength, absent = "half_life", None
 
     def forgets(self, scene: Scene) -> bool:
-        """Whether it does now."""
+        """Whether it forgets now."""
         return self.half_life is not None and not scene.happens(2 ** (-1 / self.half_life))
 
     def forgets_rows(self, scene: SceneBatch) -> Bools:

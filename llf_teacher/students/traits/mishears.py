@@ -1,4 +1,4 @@
-"""mishears(p): hears another claim than was said."""
+"""mishears(p): hears a wrong claim."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -26,8 +26,8 @@ class Mishears(Trait):
     It hears praise as the blame that is its opposite, and blame as praise, without a reason where the claim has no
     opposite; advice or a warning with another action, drawn at random; an example with another first action. It misses
     any other claim, such as a reward or a verdict without an action, and a sentence of a person or a model that carries
-    no claim. Instructions are read, and are not misheard. What is heard instead is worded anew in plain words, so that
-    atoms and text agree.
+    no claim. Instructions are read, and are not misheard. The wrong claim is worded in plain words, so that atoms and
+    text agree.
     """
 
     p: Share = 0.1
@@ -35,7 +35,7 @@ class Mishears(Trait):
     strength = "p"
 
     def hear(self, atom: Atom, scene: Scene) -> Claim[Any] | None:
-        """The claim, or what is heard in its place."""
+        """The claim, or the misheard one."""
         claim = atom.claim
         if (atom.kind is None and not isinstance(claim, BareSentence)) or claim.tried or not scene.happens(self.p):
             return claim
@@ -52,7 +52,7 @@ class Mishears(Trait):
         return None
 
     def hear_rows(self, heard: HeardBatch, scene: SceneBatch) -> HeardBatch:
-        """`hear` in arrays, of claims that are about actions, but for rewards."""
+        """`hear` in arrays, for claims about actions and rewards."""
         kinds = heard.kinds
         kinds = kinds - BIT[R] * scene.happens(self.p, heard.kinds & BIT[R] > 0)
         for kind, opposite in ((HP, HN), (HN, HP)):

@@ -11,10 +11,11 @@ from teachers.spec import Range
 
 @dataclass(frozen=True)
 class PartialPlan(Trait):
-    """Takes in the first k actions of each plan that it hears, in an instruction or as an example; of none, nothing."""
+    """Takes in the first k actions of each plan that it hears, in an instruction or as an example; nothing if k = 0."""
 
     k: Annotated[float | None, Range(0, 1e6)] = 1
-    """The number of actions, 0 to 1e6. Of 2.25 it is 3 for a quarter of the plans, else 2. None: all of them."""
+    """The number of actions, 0 to 1e6. A value of 2.25 means 3 for a quarter of the plans, else 2. None: all actions.
+    """
     strength, absent = "k", None
 
     def hear(self, atom: Atom, scene: Scene) -> Claim[Any] | None:

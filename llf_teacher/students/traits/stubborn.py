@@ -1,4 +1,4 @@
-"""stubborn(p): does again what it did last, whatever it chooses."""
+"""stubborn(p): repeats its last action, whatever it chooses."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -13,7 +13,7 @@ from worlds.batches import Ints
 
 @dataclass(frozen=True)
 class Stubborn(Trait):
-    """With probability p, in each turn but the first, repeats its last action in place of the one that it chooses."""
+    """In each turn but the first, repeats its last action with probability p instead of its choice."""
 
     p: Share = 0.3
     """The probability, 0 to 1; 0: never."""

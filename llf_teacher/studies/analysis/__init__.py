@@ -1,1 +1,1 @@
-"""What episodes of a store show: outcomes, their statistics, and comparisons."""
+"""The analysis of stored episodes: outcomes, their statistics, and comparisons."""

@@ -62,7 +62,7 @@ def shapley(values: Mapping[frozenset[str], Numbers]) -> dict[str, Numbers]:
 
 
 def ablations(found: Outcomes) -> Iterator[Ablation]:
-    """An ablation wherever all subsets of at least two kinds have been played on a common seed."""
+    """The ablations of a study: one wherever all subsets of at least two kinds were played on a common seed."""
     together: dict[Group, list[Group]] = {}
     for group in found:
         if group.feedback_type != MIXED:

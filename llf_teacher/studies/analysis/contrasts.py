@@ -19,10 +19,10 @@ from teachers.feedback import parse_kinds
 
 
 class Test(NamedTuple):
-    """How a study's comparisons are tested with the episodes that are there."""
+    """How to test a study's comparisons with the played episodes."""
 
     seeds: frozenset[int]
-    """Those that count: all, or those of the last complete interim analysis."""
+    """The seeds that count: all, or those of the last complete interim analysis."""
     analysis: int = 0
     """The interim analysis of a sequential design, counted from 1; 0 without one."""
     earlier: tuple[frozenset[int], ...] = ()
@@ -41,11 +41,11 @@ class Test(NamedTuple):
 
 
 def test_of(study: Study, is_played: Callable[[frozenset[int]], bool]) -> Test | None:
-    """How a study is tested: when it is complete, or at its last complete interim analysis; None before.
+    """How to test a study that is complete, or at its last complete interim analysis; None before.
 
     Args:
-        study: with its interim analyses, if any.
-        is_played: whether all episodes of these seeds have been played.
+        study: the study; it may have interim analyses.
+        is_played: tells whether all episodes of some seeds have been played.
     """
     seeds = cast(Sequence[int], study.seeds)
     if not study.interim_analyses:
@@ -57,10 +57,10 @@ def test_of(study: Study, is_played: Callable[[frozenset[int]], bool]) -> Test |
 
 
 def tested(test: Test | None, differences: Callable[[frozenset[int] | None], Sequence[Numbers]]) -> list[Difference]:
-    """Mean differences with p-values that are adjusted for interim analyses, not yet for their number.
+    """Mean differences with p-values, adjusted for interim analyses, not yet for the number of comparisons.
 
     Args:
-        test: None while nothing is tested; p-values are then of no use.
+        test: None before the first test; p-values then have no meaning.
         differences: gives for some seeds, or for all by None, the paired differences of each comparison.
     """
     found = paired_differences(differences(test.seeds if test else None))  # each has a seed
@@ -76,8 +76,8 @@ def tested(test: Test | None, differences: Callable[[frozenset[int] | None], Seq
 def can_differ(teacher: str, baseline: str, student: str, feedback_type: str) -> bool:
     """Whether a student can act differently with two teachers.
 
-    It cannot if it hears neither: it ignores teachers, there is no feedback, or both teachers are mute. Such a pair is
-    no comparison, and p-values are not adjusted for it.
+    It cannot if it hears neither of them: it ignores teachers, there is no feedback, or both teachers are mute. Such a
+    pair is not a comparison, and does not count for the adjustment of p-values.
     """
     if teacher == baseline or student_of(student).reads not in TAUGHT or not parse_kinds(feedback_type):
         return False
@@ -87,9 +87,9 @@ def can_differ(teacher: str, baseline: str, student: str, feedback_type: str) ->
 def least_p(seeds: int) -> float:
     """About the smallest p-value that `statistics.paired_difference` can give for a number of pairs.
 
-    It belongs to differences of one sign: two of the 2**n ways to flip signs are as extreme. Beyond
-    `statistics.RESAMPLES` ways signs are flipped at random, and the observed signs count as one of these ways (Phipson
-    & Smyth 2010).
+    It occurs if all differences have the same sign: two of the 2**n ways to flip signs are as extreme. Beyond
+    `statistics.RESAMPLES` ways signs are flipped at random, and the observed signs count as one way (Phipson & Smyth
+    2010).
     """
     if seeds < 1:
         raise ValueError(f"a comparison needs at least one seed, got {seeds}")

@@ -1,15 +1,15 @@
-"""What the models of a study cost, and warnings about their answers, as lines for the command line."""
+"""The costs of a study's models, and warnings about their answers, as lines for the command line."""
 
 from collections.abc import Iterator
 
 from llf_teacher.studies.store import Store
 
 MANY = 0.05
-"""Share of answers that are no actions above which there is a warning."""
+"""Greatest share of answers that are not actions without a warning."""
 
 
 def cost_lines(store: Store) -> Iterator[str]:
-    """A line for each paid model, and for each student whose answers were cut or were often no actions."""
+    """A line for each paid model, and for each student whose answers were cut or often were not actions."""
     for spent in store.manifest().get("llm", ()):
         unpriced = spent.get("unpriced", 0)
         price = f"{spent['usd']:.4f} USD" if unpriced < spent["requests"] else "at an unknown price"

@@ -1,4 +1,4 @@
-"""Comparison of two stores: differences in the cells of both, and the cells that only one of them has."""
+"""Comparison of two stores: differences in common cells, and the cells of one store only."""
 
 from array import array
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ from llf_teacher.studies.store import Store
 from llf_teacher.studies.store.files import reading
 
 FIELDS = tuple(name for name in EpisodeSpec._fields if name not in ("seed", "version", "rules"))
-"""What determines a cell: all of an episode's spec except the seed and versions."""
+"""The fields that identify a cell: those of an episode's spec except the seed and versions."""
 Setting = tuple[str | int, ...]
 """The values of `FIELDS`."""
 
@@ -36,11 +36,12 @@ class Contrast(NamedTuple):
     first: Episodes
     second: Episodes
     paired: bool
-    """Whether the same seeds give the same worlds, so that episodes are compared one by one."""
+    """Whether the same seeds give the same worlds; then episodes are compared one by one."""
     regret: Estimate
-    """Mean of the second minus that of the first; n counts pairs, or else the seeds of the smaller cell."""
+    """Mean of the second store minus mean of the first; n counts pairs, or without pairs the seeds of the smaller cell.
+    """
     success: float
-    """Share of successes in the second minus that in the first, of the compared episodes."""
+    """Share of successes in the second store minus that in the first, for the compared episodes."""
 
     @property
     def equal(self) -> bool:
@@ -51,12 +52,12 @@ class Contrast(NamedTuple):
 
 
 class Comparison(NamedTuple):
-    """What `compare` gives."""
+    """The result of `compare`."""
 
     changes: Sequence[Contrast]
-    """Cells of both, in the order of the first."""
+    """Cells of both stores, in the order of the first."""
     only: tuple[Sequence[Setting], Sequence[Setting]]
-    """Cells of the first only, and of the second only."""
+    """Cells of the first store only, and of the second only."""
 
 
 def compare(first: Store, second: Store) -> Comparison:
@@ -93,7 +94,7 @@ def _cells(store: Store) -> dict[Setting, Episodes]:
 
 
 def _paired(one: Episodes, other: Episodes) -> tuple[Episodes, Episodes] | None:
-    """Both at their common seeds; None without any."""
+    """Both cells at their common seeds; None without common seeds."""
     seeds, *rows = np.intersect1d(one.seeds, other.seeds, return_indices=True)
     if not len(seeds):
         return None

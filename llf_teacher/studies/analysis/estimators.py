@@ -16,10 +16,10 @@ from llf_teacher.studies.analysis.resampling import bootstrap_counts
 from llf_teacher.studies.analysis.statistics import LEVEL, Band, Estimate
 
 LEAST = 10
-"""Runs of a task below which there are no intervals: they cover less often than they say."""
+"""Least number of runs of a task for intervals: with fewer runs their coverage is too low."""
 RESAMPLES = 1999
 """Bootstrap samples; fewer for very many runs, whose intervals are narrow."""
-_MOST, _LEAST = 10_000_000, 199  # runs that are drawn in all, and samples at least
+_MOST, _LEAST = 10_000_000, 199  # greatest number of drawn runs, and least number of samples
 _SEED = 0
 _BATCH = 500_000  # numbers drawn at once, which bounds memory
 _ROUNDING = 1e-9
@@ -57,7 +57,7 @@ def interquartile_mean(scores: Strata) -> Estimate:
         times = times[:, order]
         mass = times * weight
         before = np.cumsum(mass, axis=1) - mass
-        first = np.clip(np.floor((0.25 - before) / weight + _ROUNDING), 0, times)  # whole copies are cut off
+        first = np.clip(np.floor((0.25 - before) / weight + _ROUNDING), 0, times)  # cut off whole copies
         last = np.clip(np.ceil((0.75 - before) / weight - _ROUNDING), 0, times)
         kept = (last - first) * weight
         mean: Table = (kept * ranked).sum(axis=1) / kept.sum(axis=1)
@@ -94,10 +94,10 @@ def performance_profile(scores: Strata, thresholds: ArrayLike) -> Profile:
 
 
 def probability_of_improvement(scores: Strata, others: Strata) -> Estimate:
-    """Probability that a run scores higher than a run of another algorithm, averaged over the tasks; n counts runs.
+    """Probability that a run beats a run of another algorithm, averaged over the tasks; n counts runs.
 
     Per task this is the statistic of Mann & Whitney (1947) divided by the number of pairs of runs; ties count half. The
-    runs of both have the same seeds, and are resampled together.
+    runs of both algorithms have the same seeds, and are resampled together.
 
     Raises:
         ValueError: there is no task, a task has no runs, or the numbers of tasks or runs differ.
@@ -125,7 +125,7 @@ def _above(runs: Table, levels: Table, times: Table) -> Table:
 
 
 def _wins(runs: Table, others: Table, times: Table) -> Table:
-    """Share of the pairs in which the run is above the other, for samples with these counts, shape (samples,)."""
+    """Share of the pairs whose first run is above the second, for samples with these counts, shape (samples,)."""
     order = np.argsort(others)
     below = _first(times[:, order])
     worse, not_better = (np.searchsorted(others[order], runs, side) for side in ("left", "right"))

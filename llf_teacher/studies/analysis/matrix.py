@@ -1,9 +1,9 @@
-"""The matrix of students and teachers: how much of the gain is due to the teacher, and how much to the student.
+"""The matrix of students and teachers: the shares of the gain that are due to the teacher and to the student.
 
 The question is that of Cupiał et al. (2026, arXiv 2606.30774): what does a student gain beyond another try, and is that
-due to the teacher, to the student, or to their interaction? With language models in both seats they found the student
-to matter more. The gain is the regret with the control minus that with the teacher on the same seed; its variance over
-the table is split as in a two-way layout.
+due to the teacher, to the student, or to their interaction? They found that with language models in both seats the
+student matters more. The gain is the regret with the control minus the regret with the teacher on the same seed; its
+variance over the table is split as in a two-way layout.
 """
 
 from collections.abc import Iterator
@@ -25,9 +25,9 @@ class Matrix(NamedTuple):
 
     group: Group
     teachers: tuple[str, ...]
-    """All but the control, in descending order of their mean gain over the students."""
+    """All teachers except the control, in descending order of their mean gain over the students."""
     students: tuple[str, ...]
-    """Those that teachers can reach."""
+    """The students that teachers can reach."""
     gains: dict[tuple[str, str], Estimate]
     """By teacher and student, in the family's unit."""
     split: Split | None
@@ -41,8 +41,8 @@ class Matrix(NamedTuple):
     order: dict[str, tuple[str, ...]]
     """For each student the teachers, in descending order of their mean gain."""
     agreement: float | None
-    """Agreement of the students on that order: Kendall's W (Kendall & Babington Smith 1939), 0 to 1, corrected for
-    ties; None for fewer than three teachers, and if all gains of each student are equal.
+    """Agreement of the students on the order of teachers: Kendall's W (Kendall & Babington Smith 1939), 0 to 1,
+    corrected for ties; None for fewer than three teachers, and if all gains of each student are equal.
     """
 
 
@@ -92,7 +92,7 @@ _NONE = Split(np.nan, np.nan, np.nan, np.nan)
 
 
 def _shares(table: Numbers) -> tuple[float, ...]:
-    """The shares of the variance, and the students' share minus the teachers'."""
+    """The shares of the variance, and the students' share minus the teachers' share."""
     split = variance_split(table) or _NONE
     return *split, split.students - split.teachers
 

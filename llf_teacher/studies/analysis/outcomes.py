@@ -1,8 +1,8 @@
 """Outcomes of the episodes of a store, as arrays: for each teacher with each student one value per seed.
 
 Memory grows by some 40 bytes per episode. Environments of a family with the same teachers and students are averaged
-within a seed, which is the unit of replication. Episodes are compared only if everything else that determines them is
-equal, versions and rules included.
+within a seed, the unit of replication. Episodes are compared only if everything else that determines them is equal,
+also versions and rules.
 """
 
 from array import array
@@ -16,7 +16,7 @@ Numbers = NDArray[np.float64]
 
 
 class Group(NamedTuple):
-    """What compared teachers and students have in common."""
+    """The common setting of compared teachers and students."""
 
     family: str
     instruction_type: str
@@ -33,7 +33,7 @@ class Group(NamedTuple):
 
 
 class Endings(NamedTuple):
-    """One teacher with one student, at the seeds for which all environments of the group have been played."""
+    """One teacher with one student, at the seeds at which all environments of the group were played."""
 
     seeds: NDArray[np.int64]
     """Ascending, shape (seeds,)."""
@@ -49,7 +49,7 @@ Pair = tuple[str, str]
 """A teacher and a student."""
 Outcomes = dict[Group, dict[Pair, Endings]]
 SETTING = (*Group._fields[:-1], "id", "teacher", "student")
-"""What the episodes of a column have in common."""
+"""The common fields of a column's episodes."""
 
 
 class Column(NamedTuple):
@@ -61,7 +61,9 @@ class Column(NamedTuple):
     values: Numbers
     """Regret, success, and the turn of the first success, infinite if there is none; shape (seeds, 3)."""
     samples: NDArray[np.int64]
-    """The sample number of each episode; regret and success are averaged over samples, `first` is that of the first."""
+    """The sample number of each episode; regret and success are averages over samples, `first` belongs to the first
+    sample.
+    """
 
 
 def outcomes(rows: Iterable[Any], alike: Callable[[str], Any] | None = None) -> Outcomes:
@@ -69,7 +71,7 @@ def outcomes(rows: Iterable[Any], alike: Callable[[str], Any] | None = None) -> 
 
     Args:
         rows: episodes in any order, each with the fields of `EpisodeSpec` and `EpisodeRow` by name.
-        alike: as in `gathered`.
+        alike: see `gathered`.
     """
     columns: dict[tuple[Any, ...], tuple[array[int], array[float], array[int]]] = {}
     for row in rows:
@@ -94,8 +96,8 @@ def gathered(columns: Iterable[Column], alike: Callable[[str], Any] | None = Non
 
     Args:
         columns: one or, with samples, several per setting.
-        alike: gives a key per id; environments of a family with equal keys are averaged. By default those with the
-            same teachers and students.
+        alike: gives a key per id; environments of a family with equal keys are averaged. By default the key is the
+            teachers and students.
     """
     samples: dict[tuple[Any, ...], list[Column]] = {}
     for column in columns:
@@ -151,12 +153,12 @@ def common_seeds(*cells: Endings) -> NDArray[np.int64]:
 
 
 def at_seeds(cell: Endings, seeds: NDArray[np.int64]) -> Endings:
-    """A cell restricted to some of its seeds."""
+    """A cell with only some of its seeds."""
     chosen = np.searchsorted(cell.seeds, seeds)
     return Endings(cell.seeds[chosen], cell.regret[chosen], cell.success[chosen], cell.first[chosen])
 
 
 def paired(*cells: Endings) -> list[Endings]:
-    """The cells restricted to their common seeds."""
+    """The cells with only their common seeds."""
     seeds = common_seeds(*cells)
     return [at_seeds(cell, seeds) for cell in cells]

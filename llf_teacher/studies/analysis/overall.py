@@ -1,7 +1,7 @@
-"""One number per teacher over all families, by estimators for many tasks.
+"""One number per teacher over all families, with estimators for many tasks.
 
 A task is a student in a group of environments; a run is a seed, with the score of `primary.symmetric`:
-how much the baseline's regret exceeds the teacher's, as a share of the sum of both mean regrets.
+the baseline's regret minus the teacher's, divided by the sum of both mean regrets.
 """
 
 from collections.abc import Iterator
@@ -20,11 +20,11 @@ from llf_teacher.studies.analysis.primary import pairs, symmetric
 from llf_teacher.studies.analysis.statistics import Estimate
 
 THRESHOLDS = np.linspace(-1, 1, 41)
-"""Scores at which a profile is drawn."""
+"""The scores at which a profile has points."""
 
 
 class Overall(NamedTuple):
-    """A teacher over all tasks in which it can differ from the baseline."""
+    """A teacher over all tasks where it can differ from the baseline."""
 
     teacher: str
     instruction_type: str

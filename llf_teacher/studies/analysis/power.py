@@ -1,9 +1,9 @@
 """Power analysis: how many seeds a study needs, from the paired differences of a pilot study.
 
-A comparison of a teacher with the baseline is a test of paired differences. Its power is that of the paired t-test, by
-the noncentral t distribution (Cohen 1988), which the sign-flip test approaches (Hoeffding 1952), at the level of the
-first comparison of Holm's method over all of them. The standard deviation of a pilot is uncertain: the number of seeds
-is given for it and, to be safe, for the upper end of its one-sided 80 % interval (Browne 1995).
+A comparison of a teacher with the baseline is a test of paired differences. Its power is computed for the paired
+t-test, with the noncentral t distribution (Cohen 1988), which the sign-flip test approaches (Hoeffding 1952), at the
+level of the first step of Holm's method over all comparisons. Since the standard deviation of a pilot is uncertain, the
+number of seeds is also given for the upper end of its one-sided 80 % interval (Browne 1995).
 """
 
 import math
@@ -19,10 +19,11 @@ from teachers.spec import unknown
 
 ALPHA, POWER = 0.05, 0.8
 MOST = 1_000_000
-"""The greatest number of seeds that is considered."""
+"""The greatest number of seeds that the search considers."""
 _CONFIDENCE = 0.8
 MEASURES = ("gain", "success")
-"""What an effect is: a share of the baseline's mean regret, or a difference of success rates; both from 0 to 1."""
+"""The measures of an effect: a share of the baseline's mean regret, or a difference of success rates; both from 0 to 1.
+"""
 
 
 class Need(NamedTuple):
@@ -39,7 +40,7 @@ class Need(NamedTuple):
     spread: float
     """Standard deviation of the paired differences."""
     seeds: int
-    """Seeds that give the wanted power if this is the true spread."""
+    """Seeds that give the wanted power if `spread` is the true one."""
     safe: int
     """The same for the upper end of the spread's interval."""
 
@@ -58,12 +59,10 @@ def power(seeds: int, effect: float, spread: float, alpha: float = ALPHA) -> flo
 
 
 def least_effect(seeds: int, spread: float, alpha: float = ALPHA, wanted: float = POWER) -> float:
-    """The least true mean difference that is found with about the wanted power; infinite if so few seeds find none.
+    """The least true mean difference that is detected with about the wanted power; infinite if there are too few seeds.
 
-    The p-values of few sign flips are coarse: the level is the greatest one that they reach, and where only the most
-    extreme one is small enough, all differences must have one sign.
-
-    Arguments are those of `power`; without spread there is no least one, and the answer is 0.
+    The p-values of few sign flips are coarse: the level is the greatest p-value that they reach, and if only the most
+    extreme one is small enough, all differences must have the same sign. Arguments as in `power`; 0 without spread.
     """
     ways = math.floor(alpha * 2.0 ** (seeds - 1))
     if not ways:
@@ -86,7 +85,7 @@ def least_effect(seeds: int, spread: float, alpha: float = ALPHA, wanted: float 
 def seeds_needed(effect: float, spread: float, alpha: float = ALPHA, wanted: float = POWER) -> int:
     """The least number of seeds that gives the wanted power and allows p-values of at most alpha; at most `MOST`.
 
-    Arguments are those of `power`; without spread only the p-values count.
+    Arguments as in `power`; without spread only the p-values count.
     """
     low = max(2, math.ceil(math.log2(2 / alpha)))  # two of the 2**n ways to flip signs are most extreme
     if spread <= 0:
@@ -108,7 +107,7 @@ def seeds_needed(effect: float, spread: float, alpha: float = ALPHA, wanted: flo
 def needs(
     pilot: Outcomes, baseline: str, effect: float, measure: str = "gain", wanted: float = POWER
 ) -> Iterator[Need]:
-    """What every comparison in the families' tables of a pilot needs; single seeds are left out.
+    """The seeds that every comparison in the families' tables of a pilot needs, without comparisons at a single seed.
 
     Args:
         pilot: the outcomes of its episodes.
@@ -131,7 +130,7 @@ def needs(
     for group, teacher, student in pairs:
         cell, other = paired(pilot[group][teacher, student], pilot[group][baseline, student])
         unit = other.regret.mean() if measure == "gain" and len(other.seeds) else 1.0
-        if len(cell.seeds) < 2 or unit <= 0:  # the baseline leaves nothing to gain
+        if len(cell.seeds) < 2 or unit <= 0:  # with the baseline there is nothing to gain
             continue
         differences = (other.regret - cell.regret if measure == "gain" else cell.success - other.success) / unit
         fields = group.family, group.ids, group.instruction_type, group.feedback_type, teacher, student
@@ -150,18 +149,18 @@ def need(
     comparisons: int,
     wanted: float = POWER,
 ) -> Need:
-    """What one comparison needs.
+    """The seeds that one comparison needs.
 
     Args:
-        family: of the comparison, as the next ones.
+        family: the family of the comparison.
         ids: its environments.
-        instruction_type: its type.
-        feedback_type: its type.
-        teacher: what is compared with the baseline.
-        student: whom it teaches.
-        differences: of at least two seeds of the pilot.
+        instruction_type: its instruction type.
+        feedback_type: its feedback type.
+        teacher: the teacher to compare with the baseline.
+        student: the taught student.
+        differences: the differences at two or more seeds of the pilot.
         effect: the smallest mean difference that matters.
-        comparisons: number of those that are tested together.
+        comparisons: number of comparisons that are tested together.
         wanted: power, 0 to 1.
     """
     n, spread = len(differences), float(np.std(differences, ddof=1))

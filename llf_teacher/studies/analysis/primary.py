@@ -2,11 +2,11 @@
 
 Families measure regret in different units. In each the difference of a seed is divided by the sum of the mean regrets
 of both teachers, and a seed's score is the mean of these over the families that were played with it: 0 is no
-difference, 1 is a teacher who leaves no regret, -1 one who brings regret where the baseline leaves none, and 0.5 a
-third of the baseline's regret. If the two change places, in all seeds or in one, the scale stays and the score changes
-its sign alone, so that sign flips are exchangeable if both are alike.
+difference, 1 a teacher without regret, -1 a teacher with regret beside a baseline without any, and 0.5 a third of the
+baseline's regret. Swapping both teachers, in all seeds or in one, keeps the scale and only flips the sign of the score.
+So sign flips are exchangeable if the teachers are alike.
 
-The error rate of a study is that of these comparisons, over its interim analyses too.
+A study controls its error rate over these comparisons and its interim analyses.
 """
 
 import math
@@ -26,7 +26,7 @@ from llf_teacher.studies.definition.study import Study
 
 
 class Compared(NamedTuple):
-    """What is compared with the baseline."""
+    """The pair that is compared with the baseline."""
 
     teacher: str
     student: str
@@ -35,7 +35,7 @@ class Compared(NamedTuple):
 
 
 class Primary(NamedTuple):
-    """A comparison with the baseline over all families; scores above 0 say that the teacher is better."""
+    """A comparison with the baseline over all families; above 0 the teacher is better."""
 
     compared: Compared
     declared: bool
@@ -44,7 +44,8 @@ class Primary(NamedTuple):
     shares: tuple[float, ...]
     """The mean score in each family."""
     score: Difference
-    """Over all; n counts seeds. p is adjusted for interim analyses and, if it is a primary one, by Holm's method."""
+    """The mean over all families; n counts seeds. p is adjusted for interim analyses and, in primary comparisons, by
+    Holm's method."""
     spread: float
     """Standard deviation of the scores; NaN for a single seed."""
 
@@ -54,13 +55,13 @@ class Primary(NamedTuple):
         return self.score.estimate.mean
 
     def more(self, comparisons: int) -> int | None:
-        """Seeds beside those that are there for a power of 80 % if the true score is the observed one; at least 1.
+        """Additional seeds for a power of 80 % if the true score is the observed one; at least 1.
 
         Args:
             comparisons: number of primary comparisons.
 
         Returns:
-            None if no difference was observed, and for a single seed.
+            None without an observed difference, and for a single seed.
         """
         if not self.mean or not self.spread >= 0:
             return None
@@ -68,9 +69,9 @@ class Primary(NamedTuple):
 
 
 def symmetric(own: Numbers, other: Numbers) -> Numbers:
-    """For each pair what the second regret is greater than the first, as a share of the sum of both mean magnitudes.
+    """For each pair the second regret minus the first, divided by the sum of both mean magnitudes.
 
-    Magnitudes, since negated rewards stand for regret where no values are known.
+    Magnitudes, since negated rewards replace regret where no values are known.
     """
     scale = np.abs(own).mean() + np.abs(other).mean()
     scores: Numbers = (other - own) / scale if scale > 0 else np.zeros_like(own)
@@ -78,7 +79,7 @@ def symmetric(own: Numbers, other: Numbers) -> Numbers:
 
 
 def pairs(found: Outcomes, baseline: str) -> dict[Compared, dict[Group, tuple[Endings, Endings]]]:
-    """By comparison that can differ, and by family, the outcomes of the teacher and of the baseline on common seeds."""
+    """For each comparison that can differ, and each family, the outcomes of teacher and baseline on common seeds."""
     every: dict[Compared, dict[Group, tuple[Endings, Endings]]] = {}
     differ: dict[Compared, bool] = {}
     for group, cells in found.items():
@@ -111,7 +112,7 @@ def scores(families: Sequence[tuple[Endings, Endings]], among: frozenset[int] | 
 
 
 def _kept(family: tuple[Endings, Endings], among: frozenset[int] | None) -> tuple[NDArray[np.int64], Numbers, Numbers]:
-    """The seeds that count, with both regrets."""
+    """The counted seeds, with both regrets."""
     own, other = family
     if among is None or among.issuperset(own.seeds.tolist()):
         return own.seeds, own.regret, other.regret
@@ -127,8 +128,8 @@ def primary(
     Args:
         found: the outcomes of episodes with a teacher.
         baseline: the teacher to compare with.
-        test: how they are tested; None while they are not.
-        patterns: those of `Study.primary`.
+        test: how to test them; None before the first test.
+        patterns: the patterns of `Study.primary`.
     """
     among = test.seeds if test else None
     there = {
@@ -170,31 +171,31 @@ def _spread(values: Numbers) -> float:
 
 
 def least(comparisons: Sequence[Primary], test: Test) -> float:
-    """The smallest adjusted p-value that so many primary comparisons at so many seeds can have."""
+    """The smallest possible adjusted p-value for a number of primary comparisons and of seeds."""
     declared = [each for each in comparisons if each.declared]
     seeds = max((each.score.estimate.n for each in declared), default=1)
     return min(1.0, len(declared) * test.adjusted(least_p(seeds)))
 
 
 def enough(comparisons: int) -> int:
-    """The least number of seeds at which one of so many comparisons can be significant in a single test."""
+    """The least number of seeds at which one of a number of comparisons can be significant in a single test."""
     return next(seeds for seeds in range(1, 64) if comparisons * 2 / 2**seeds <= ALPHA)
 
 
 def primary_needs(
     pilot: Outcomes, baseline: str, effect: float, wanted: float = POWER, patterns: Sequence[Mapping[str, str]] = ()
 ) -> list[Need]:
-    """What every primary comparison of a pilot needs; single seeds are left out.
+    """The seeds that every primary comparison of a pilot needs, without comparisons at a single seed.
 
     Args:
         pilot: the outcomes of its episodes.
         baseline: the teacher to compare with.
         effect: the smallest difference that matters, as a share of the baseline's mean regret.
         wanted: power, 0 to 1.
-        patterns: those of `Study.primary`.
+        patterns: the patterns of `Study.primary`.
     """
     declared = {key: each for key, each in pairs(pilot, baseline).items() if _declared(key, patterns)}
-    score = effect / (2 - effect) if effect < 2 else math.inf  # of regrets that are less by this share
+    score = effect / (2 - effect) if effect < 2 else math.inf  # the score of regrets that are less by this share
     found = []
     for key, families in declared.items():
         values, ids = scores(list(families.values())), tuple(id for group in families for id in group.ids)

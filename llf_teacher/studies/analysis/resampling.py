@@ -45,7 +45,7 @@ def _beyond(sums: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[n
 
 
 def bootstrap_counts(rng: np.random.Generator, rows: int, n: int) -> NDArray[np.int8]:
-    """How often each of n is drawn in n draws, shape (rows, n)."""
+    """How often n draws draw each of n values, shape (rows, n)."""
     drawn = rng.integers(0, n, (rows, n)) + n * np.arange(rows)[:, None]
     return np.bincount(drawn.ravel(), minlength=rows * n).reshape(rows, n).astype(np.int8)
 

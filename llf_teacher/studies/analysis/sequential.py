@@ -3,9 +3,9 @@
 A design fixes the numbers of seeds at which a study is analysed. An alpha-spending function (Lan & DeMets 1983), which
 resembles the boundary of O'Brien & Fleming (1979) or that of Pocock (1977), spreads the error over the analyses by
 their share of the seeds. The level of each analysis follows by recursive integration (Armitage, McPherson & Rowe 1969)
-over a statistic with normal increments. The p-value of a difference that was tested at several analyses is the least
-error of a design that would have found it (`adjusted`): it is as valid as that of a single test, so that Holm's method
-over such p-values keeps one error rate over all comparisons and all analyses together.
+over a statistic with normal increments. The p-value of a difference after several analyses is the least error of a
+design that would have found it (`adjusted`). It is as valid as the p-value of a single test, so Holm's method over such
+p-values controls the error rate over all comparisons and analyses together.
 """
 
 import math
@@ -23,7 +23,7 @@ ALPHA = 0.05
 _POINTS = 401  # of the grid of integration, an odd number for Simpson's rule
 _FAR = 9.0  # standard deviations beyond which the density is 0
 _ERRORS = np.concatenate([np.geomspace(1e-6, ALPHA, 21), np.geomspace(ALPHA, 0.95, 13)[1:]])
-"""Errors of designs between which `adjusted` interpolates."""
+"""The errors of the designs that `adjusted` interpolates."""
 
 
 def _obrien_fleming(share: float, alpha: float) -> float:
@@ -35,7 +35,7 @@ def _pocock(share: float, alpha: float) -> float:
 
 
 _SPENT = dict(zip(SPENDING, (_obrien_fleming, _pocock), strict=True))
-"""By name, the one-sided error that is spent after a share of the seeds, by a design of a two-sided error."""
+"""By name, the one-sided error spent after a share of the seeds, for a design's two-sided error."""
 
 
 def levels_of(design: InterimAnalyses) -> tuple[float, ...]:
@@ -74,7 +74,7 @@ def _errors(shares: tuple[float, ...], spending: str) -> list[tuple[float, float
     found = np.array([levels(shares, spending, float(error)) for error in _ERRORS])
     table = []
     for column in found.T:
-        level, last = np.unique(column[::-1], return_index=True)  # of equal levels the greatest error
+        level, last = np.unique(column[::-1], return_index=True)  # the greatest error among equal levels
         error = np.log(_ERRORS[::-1][last])
         curve = interpolate.PchipInterpolator(np.log(level), error) if len(level) > 1 else None
         table.append((float(level[0]), float(level[-1]), curve or (lambda _, only=error[0]: only)))
@@ -92,7 +92,7 @@ def levels(shares: Sequence[float], spending: str = "obrien_fleming", alpha: flo
     """
     spent = [0.0, *(_SPENT[spending](share, alpha) for share in shares)]
     found: list[float] = []
-    grid = density = np.empty(0)  # of the sum so far, of variance `before`, without a significant result
+    grid = density = np.empty(0)  # density of the sum so far, of variance `before`, without a significant result
     before = 0.0
     for share, more in zip(shares, np.diff(spent), strict=True):
         spread = math.sqrt(share - before)

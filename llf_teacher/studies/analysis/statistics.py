@@ -1,7 +1,7 @@
 """Statistics of studies: estimates with intervals, and tests. The seed is the unit of replication.
 
-Intervals of means are Student's t (1908), and are left out for data for which they cover too seldom: `no_interval` has
-the rule, and docs/internals.md has the measured coverage. Intervals of rates are exact
+Intervals of means are Student's t (1908), and are omitted for data where their coverage is too low: `no_interval` has
+the rule, docs/internals.md the measured coverage. Intervals of rates are exact
 (Clopper & Pearson 1934), by `scipy.stats.binomtest`. p-values are those of sign-flip tests (Fisher 1935), by
 `llf_teacher.studies.analysis.resampling`, whose generators have fixed seeds.
 """
@@ -22,10 +22,10 @@ LEVEL = 0.95
 RESAMPLES = 9999
 """Random combinations of signs; a sign-flip test is exact if there are at most as many combinations."""
 LEAST, MANY = 5, 80
-"""Values below which a mean has no interval, and from which it has one even if they are skewed."""
+"""Least number of values for an interval of the mean, and for an interval of skewed values."""
 TINY = 0.001
-"""The p-value below which texts give none."""
-_NONZERO = 15  # values other than 0 that are enough though more are 0
+"""The least p-value that texts show."""
+_NONZERO = 15  # enough values other than 0, even if more are 0
 _SKEW, _SPREAD = 10, 100  # n is at least so many times the squared skew, and the squared ratio of spread and mean
 _RELATIVE = 1e-9  # differences below this share of the values are rounding errors
 
@@ -82,7 +82,7 @@ class Split(NamedTuple):
     students: float
     """Between students, averaged over teachers."""
     interaction: float
-    """Of teachers and students: the effect of a teacher that differs between students."""
+    """Interaction: the effect of a teacher that differs between students."""
     seeds: float
     """Between the seeds of a cell."""
 
@@ -107,7 +107,7 @@ def variance_split(values: ArrayLike) -> Split | None:
     if total <= (_RELATIVE * np.abs(table).max()) ** 2:
         return None
     shares: list[float] = []
-    for axes in ((1, 2), (0, 2), (2,)):  # each takes out what the ones before have explained
+    for axes in ((1, 2), (0, 2), (2,)):  # each removes what the previous ones have explained
         part = rest.mean(axis=axes, keepdims=True)
         shares.append(float((part**2).mean()) / total)
         rest = rest - part
@@ -116,7 +116,7 @@ def variance_split(values: ArrayLike) -> Split | None:
 
 
 def no_interval(table: Numbers) -> list[str]:
-    """For each column the reason why its mean has no interval; empty if Student's t covers such data well.
+    """For each column the reason why its mean has no interval; empty if Student's t has good coverage for such data.
 
     A mean has an interval if there are at least `LEAST` values, not all equal, and either at least `MANY` of them, 15
     not 0, or
@@ -148,7 +148,7 @@ def no_interval(table: Numbers) -> list[str]:
 
 
 def mean_band(values: ArrayLike) -> Band:
-    """Mean of each column with its interval, where there is one.
+    """Mean of each column with its interval, if there is one.
 
     Args:
         values: shape (n, m), one row per seed.
@@ -160,7 +160,7 @@ def mean_band(values: ArrayLike) -> Band:
 
 
 def _band(values: ArrayLike) -> tuple[Band, list[str]]:
-    """The band, and why columns have no interval."""
+    """The band, and the reasons of columns without an interval."""
     table = np.asarray(values, dtype=float)
     if table.ndim != 2 or not table.size:
         raise ValueError(f"values must be a non-empty table of shape (n, m), got shape {table.shape}")
@@ -182,8 +182,8 @@ def mean_interval(values: ArrayLike) -> Estimate:
 def ratio_interval(parts: ArrayLike, wholes: ArrayLike) -> Estimate | None:
     """The ratio of two sums over units, shape (n,), with its interval; None if the second sum is 0.
 
-    The interval is that of the mean of its linearized values (Cochran 1977, section 2.11). Without one, `values` are
-    the ratios of the units that have one.
+    The interval is that of the mean of its linearized values (Cochran 1977, section 2.11). Without an interval,
+    `values` are the ratios of the units with a ratio.
     """
     part, whole = np.asarray(parts, dtype=float), np.asarray(wholes, dtype=float)
     if not (total := whole.sum()):
@@ -195,7 +195,7 @@ def ratio_interval(parts: ArrayLike, wholes: ArrayLike) -> Estimate | None:
 
 
 def rate_interval(successes: int, n: int) -> Estimate:
-    """Share of successes in n independent trials, 0 to 1, with its exact interval; there is none below `LEAST` trials.
+    """Share of successes in n independent trials, 0 to 1, with its exact interval; no interval below `LEAST` trials.
 
     Raises:
         ValueError: n is below 1, or successes are not from 0 to n.
@@ -236,8 +236,8 @@ def rate_band(shares: ArrayLike) -> Band:
 def rate_differences(shares: ArrayLike, others: ArrayLike) -> Band:
     """Mean difference of paired shares of successes, both of shape (n, m), by column.
 
-    Of single trials the interval is exact, and rather too wide: the shares of pairs of which only one succeeds are each
-    within an exact interval at 97.5 %, and from these the ends of their difference follow.
+    For single trials the interval is exact, and conservative: it combines two exact 97.5 % intervals, for the shares of
+    pairs where only the first or only the second succeeds.
     """
     one, other = np.asarray(shares, dtype=float), np.asarray(others, dtype=float)
     difference = one - other
@@ -291,7 +291,7 @@ def mean_intervals(columns: Sequence[ArrayLike]) -> list[Estimate]:
 def paired_difference(values: ArrayLike, reference: ArrayLike) -> Difference:
     """Mean of `values - reference`, both of shape (n,) and paired by seed, with its interval.
 
-    The test is exact for at most 13 pairs that differ (2**13 < `RESAMPLES`), and by random flips for more.
+    The test is exact for at most 13 pairs that differ (2**13 < `RESAMPLES`), and uses random flips for more.
     """
     return paired_differences([np.asarray(values, dtype=float) - np.asarray(reference, dtype=float)])[0]
 

@@ -1,8 +1,8 @@
-"""Time to success: how many attempts a problem takes, and what a teacher's words add to another try.
+"""Time to success: how many attempts a problem takes, and the gain by a teacher's words over mere repetition.
 
-A turn is an attempt. acc@K is the share of episodes that are solved in the first K attempts; episodes end with their
-success, so that this is the accuracy after K attempts, too. The gain over `retry_only` is a teacher's effect without
-that of another try (arXiv 2606.30774).
+A turn is an attempt. acc@K is the share of episodes solved in the first K attempts; episodes end with success, so it is
+also the accuracy after K attempts. The gain over `retry_only` is a teacher's effect beyond that of another attempt
+(arXiv 2606.30774).
 """
 
 from collections.abc import Mapping
@@ -12,7 +12,7 @@ from llf_teacher.studies.analysis.outcomes import Endings, Numbers, Pair, paired
 from llf_teacher.studies.analysis.statistics import Band, rate_band, rate_differences
 
 CONTROL = "retry_only"
-"""The teacher that only says that the action was not right."""
+"""The teacher that only says that an action was not right."""
 
 
 class Attempts(NamedTuple):
@@ -23,7 +23,7 @@ class Attempts(NamedTuple):
     solved: Band
     """acc@K, 0 to 1, for each K."""
     gain: Band | None
-    """acc@K minus that with the control on the same seeds; None for the control itself and without its episodes."""
+    """acc@K minus acc@K with the control on the same seeds; None for the control itself and without its episodes."""
 
 
 def tries_of(max_turns: int) -> tuple[int, ...]:
@@ -32,7 +32,7 @@ def tries_of(max_turns: int) -> tuple[int, ...]:
 
 
 def solved(cell: Endings, tries: tuple[int, ...]) -> Numbers:
-    """Share of the environments that are solved after each number of attempts, shape (seeds, tries)."""
+    """Share of the environments solved after each number of attempts, shape (seeds, tries)."""
     shares: Numbers = (cell.first[:, :, None] <= tries).mean(axis=1)
     return shares
 

@@ -1,6 +1,6 @@
-"""Transfer: what remains of lessons when a student is tested without a teacher, in the same environment or another.
+"""Transfer: the effect of lessons in a test without a teacher, in the same environment or another.
 
-It is measured against students with as many lessons from the baseline.
+The comparison is with students after as many lessons from the baseline.
 """
 
 from collections.abc import Iterator
@@ -14,16 +14,17 @@ class AfterLessons(NamedTuple):
     """The outcome of tests after lessons from one teacher."""
 
     group: Group
-    """With the lessons' number, environment and worlds, and their feedback type."""
+    """The setting, with the lessons' number, environment, worlds and feedback type."""
     teacher: str
     """The teacher of the lessons."""
     student: str
     success: Estimate
     """Share of successes in the test, 0 to 1."""
     regret: Estimate
-    """Of the test, in the family's unit."""
+    """Regret of the test, in the family's unit."""
     gain: Estimate | None
-    """Regret after as many lessons from the baseline on the same seeds, minus this; None without them."""
+    """Regret after as many lessons from the baseline on the same seeds, minus this regret; None without such lessons.
+    """
 
 
 def tested(found: Outcomes, baseline: str) -> Iterator[AfterLessons]:

@@ -1,1 +1,1 @@
-"""The definition of a study: its lists, and what it may declare beside them."""
+"""The definition of a study: its lists, and further declarations."""

@@ -1,7 +1,7 @@
-"""The user's own teachers and students in a study, by where they are defined: `my_package.my_module:Sleepy(naps=2)`.
+"""Users' own teachers and students in a study, named by where they are defined: `my_package.my_module:Sleepy(naps=2)`.
 
-A study holds text, which a file can contain and another process can read. So it names an object by module, class and
-parameters, and the process that plays imports the module. A name without a colon is one of the package's own.
+A study contains only text, which a file can contain and other processes can read. So it names an object by module,
+class and parameters, and the playing process imports the module. A name without a colon is one of the package's own.
 """
 
 import importlib
@@ -23,8 +23,8 @@ MAIN = "__main__"
 def parse_teacher(spec: str | Personality | Speaker) -> Personality | Speaker:
     """The teacher that a spec string describes.
 
-    That is a personality, `llm_teacher(...)`, the user's own as `package.module:Class(key=...)` (a personality, or the
-    factory of a policy), or a personality with a voice, as in `oracle | voice(tone='curt')`.
+    It is a personality, `llm_teacher(...)`, a user's own teacher as `package.module:Class(key=...)` (a personality, or
+    the factory of a policy), or a personality with a voice, as in `oracle | voice(tone='curt')`.
 
     Raises:
         ValueError: bad syntax, an unknown name or parameter, or a module without such a teacher.
@@ -58,7 +58,7 @@ def _stage(call: SpecCall) -> Personality:
 
 
 def arguments_of(teacher: Personality | Speaker, feedback_type: str) -> dict[str, Any]:
-    """The arguments of `llf_teacher.make` for a teacher; without feedback a policy gives only the instruction."""
+    """The arguments of `llf_teacher.make` for a teacher; with feedback type `n` a policy gives only the instruction."""
     if isinstance(teacher, Personality):
         return {"teacher": teacher}
     arguments = teacher.arguments()
@@ -68,10 +68,10 @@ def arguments_of(teacher: Personality | Speaker, feedback_type: str) -> dict[str
 
 
 def teacher_spec(teacher: Any) -> str:
-    """The spec string of a teacher, which may be given as a string or as an object.
+    """The spec string of a teacher, given as a string or as an object.
 
     Raises:
-        ValueError: there is no such teacher, or no spec string finds it.
+        ValueError: there is no such teacher, or its spec string does not lead to it.
     """
     if callable(teacher) and not isinstance(teacher, Personality | Speaker):
         teacher = f"{teacher.__module__}:{_global(teacher)}"
@@ -80,7 +80,7 @@ def teacher_spec(teacher: Any) -> str:
     try:
         found = parse_teacher(text)
     except ValueError as error:
-        raise ValueError(f"teacher {teacher!r}: its spec {text!r} does not find it: {error}") from None
+        raise ValueError(f"teacher {teacher!r}: its spec {text!r} does not lead to it: {error}") from None
     if found != parsed:
         raise ValueError(
             f"teacher {teacher!r}: its spec {text!r} makes another; the parameters of a teacher in a study must be "
@@ -99,7 +99,7 @@ def student_spec(student: Any) -> str:
     """The spec string of a student; a function or a class is the factory of an agent, as in `module:factory`.
 
     Raises:
-        ValueError: there is no such student, or no spec string finds it.
+        ValueError: there is no such student, or its spec string does not lead to it.
     """
     if callable(student) and not isinstance(student, Student):
         student = f"{student.__module__}:{_global(student)}"
@@ -107,7 +107,7 @@ def student_spec(student: Any) -> str:
 
 
 def defined_in_main(specs: Iterable[str]) -> list[str]:
-    """Those of the specs of teachers and students that name what the main module defines."""
+    """The specs of teachers and students that the main module defines."""
 
     def in_main(spec: str) -> bool:
         calls = parse_calls("teacher or student", spec, "the spec of a teacher or a student", prefixes=2)

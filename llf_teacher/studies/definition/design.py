@@ -1,4 +1,4 @@
-"""What a study may declare beside its lists: a baseline, an ablation, interim analyses, lessons before a test."""
+"""Declarations of a study beside its lists: a baseline, an ablation, interim analyses, lessons before a test."""
 
 import itertools
 from collections.abc import Callable, Mapping, Sequence
@@ -12,7 +12,7 @@ from teachers.feedback import NONE, format_kinds
 from teachers.spec import is_count, unknown
 
 BASELINE = "silent"
-"""The default teacher that others are compared with."""
+"""The default teacher for comparisons."""
 SUBSETS = tuple(
     format_kinds(chosen) for size in range(len(KINDS) + 1) for chosen in itertools.combinations(KINDS, size)
 )
@@ -20,7 +20,7 @@ SUBSETS = tuple(
 
 
 def main_types(feedback_types: Sequence[str]) -> tuple[str, ...]:
-    """The feedback types with sections of their own: all; of an ablation's subsets only that with every kind."""
+    """The feedback types with their own sections: all types, but of an ablation's subsets only that of all kinds."""
     ablated = SUBSETS[:-1] if set(SUBSETS) <= {*feedback_types} else ()
     return tuple(each for each in feedback_types if each not in ablated)
 
@@ -31,8 +31,8 @@ TESTER, TEST_TYPE = "silent", NONE
 """Teacher and feedback type of a test."""
 SAME, NEXT = "same", "next"
 WORLDS = (SAME, NEXT)
-"""Worlds of the lessons: that of the seed, from the same start each time, which is the world of the test if the
-environments are the same; or those that follow it, a different one for each lesson.
+"""Worlds of the lessons: the seed's world from the same start each time, which is the world of the test if the
+environments are the same; or the worlds of later seeds, a different one for each lesson.
 """
 
 
@@ -42,11 +42,11 @@ class Transfer(NamedTuple):
     lessons: tuple[int, ...]
     """Numbers of episodes before the test, each at least 1."""
     students: tuple[str, ...]
-    """The students that are taught and tested; by default those of the study that remember."""
+    """The taught and tested students; by default the study's students that remember."""
     teachers: tuple[str, ...]
-    """The teachers of the lessons; by default those of the study."""
+    """The teachers of the lessons; by default the study's."""
     feedback_types: tuple[str, ...]
-    """Feedback types of the lessons; by default those of the study."""
+    """The feedback types of the lessons; by default the study's."""
     taught: tuple[str, ...] = ()
     """Ids of the environments of the lessons, each for tests in its own family; empty: the environment of the test."""
     worlds: tuple[str, ...] = (SAME,)
@@ -58,8 +58,8 @@ def check_transfer(table: Any, study: Any, problems: list[str]) -> dict[str, Any
 
     Args:
         table: as in the study's file; empty: no tests.
-        study: with its other fields in canonical form.
-        problems: gets what is wrong with the table.
+        study: the study, with its other fields in canonical form.
+        problems: the list to which problems are added.
     """
     if not table:
         return {}
@@ -129,7 +129,7 @@ class InterimAnalyses(NamedTuple):
     """The interim analyses of a sequential design."""
 
     at: tuple[int, ...]
-    """Numbers of seeds, ascending; the last is that of the study."""
+    """Numbers of seeds, ascending; the last is the study's number."""
     spending: str = "obrien_fleming"
     """One of `SPENDING`."""
     stop: bool = False
@@ -146,7 +146,7 @@ def check_interim_analyses(table: Any, seeds: int, problems: list[str]) -> Inter
     Args:
         table: has `at`, and may have `spending` and `stop`; empty: no design.
         seeds: the study's number of seeds.
-        problems: gets what is wrong with the table.
+        problems: the list to which problems are added.
     """
     if not table:
         return None

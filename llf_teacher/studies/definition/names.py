@@ -1,4 +1,4 @@
-"""Short names of teachers and students in reports: those of the study, else their distinguishing parameters."""
+"""Short names of teachers and students in reports: given by the study, or made of distinguishing parameters."""
 
 import contextlib
 from collections import Counter
@@ -18,7 +18,7 @@ _ALWAYS, _WHERE = ("model",), ("base_url", "endpoint")
 
 
 def check_names(given: Any, known: Iterable[str], problems: list[str]) -> dict[str, str]:
-    """The table `names`, of names by spec, in canonical form; `problems` gets what is wrong with it."""
+    """The table `names`, of names by spec, in canonical form; adds to `problems`."""
     known = dict.fromkeys(known)
     if not isinstance(given, Mapping):
         problems.append(f"names must be a table of specs with their names, got {given!r}")
@@ -47,8 +47,8 @@ def _canonical(spec: str, known: Iterable[str]) -> str:
 def short_names(specs: Mapping[str, Any], given: Mapping[str, str]) -> dict[str, str]:
     """A name for each spec.
 
-    It is the given one; for teachers and students that ask a model, `llm(gpt-4o)` with the parameters that differ
-    between those of the same model; for others the spec itself.
+    A given name counts. Teachers and students that ask a model are called, for example, `llm(gpt-4o)`, with the
+    parameters that differ between those of the same model; others are called by their spec.
 
     Args:
         specs: the objects by their specs.

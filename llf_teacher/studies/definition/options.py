@@ -9,12 +9,12 @@ from llf_teacher.registry import entry
 from teachers.spec import unknown
 
 _OURS = ("visual", "failure_reward")
-"""Options of environments that are not those of their worlds."""
+"""Options of environments beside those of their worlds."""
 _NOT = ("render_mode",)
 
 
 def check_options(given: Any, ids: Sequence[str], problems: list[str]) -> dict[str, dict[str, Any]]:
-    """The tables in canonical form; `problems` gets what is wrong with them."""
+    """The tables in canonical form; adds to `problems`."""
     if not isinstance(given, Mapping) or not all(isinstance(table, Mapping) for table in given.values()):
         problems.append(f"options must be a table of tables, got {given!r}")
         return {}
@@ -55,7 +55,7 @@ def _check(where: str, id: str, table: Mapping[str, Any], problems: list[str]) -
 
 
 def options_of(tables: Mapping[str, Mapping[str, Any]], id: str) -> str:
-    """The options of an id, those of the first pattern that matches it, as JSON; empty without any."""
+    """The options of an id as JSON, from the first pattern that matches; empty without a match."""
     table = next((table for pattern, table in tables.items() if fnmatchcase(id, pattern)), {})
     return json.dumps(table, sort_keys=True) if table else ""
 
@@ -66,7 +66,7 @@ def read_options(text: str, id: str, words: bool) -> dict[str, Any]:
     Args:
         text: JSON, from `options_of`.
         id: of the environment.
-        words: whether the student reads texts; if images come only beside texts, other students get none.
+        words: whether the student reads texts; other students get no images if images come only beside texts.
     """
     options: dict[str, Any] = json.loads(text) if text else {}
     if not words and not entry(id).family.visual:

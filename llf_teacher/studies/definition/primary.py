@@ -18,9 +18,9 @@ def check_primary(given: Any, study: Any, problems: list[str]) -> tuple[dict[str
     """The tables in canonical form.
 
     Args:
-        given: as in the study's file.
-        study: with its lists in canonical form.
-        problems: gets what is wrong with the tables.
+        given: the tables in the study's file.
+        study: the study, with its lists in canonical form.
+        problems: the list to which problems are added.
     """
     if isinstance(given, str | Mapping) or not isinstance(given, Iterable):
         problems.append(f"primary must be a list of tables, got {given!r}")

@@ -1,4 +1,4 @@
-"""Teachers and students of a stored study, as its report needs them: the modules of the user's own need not be here."""
+"""Teachers and students of a stored study for its report, without the modules of users' own."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
@@ -12,31 +12,31 @@ from teachers.spec import parse_calls
 
 
 class StoredFacts(NamedTuple):
-    """What a store knows of a teacher or a student whose module cannot be imported here."""
+    """The stored facts of a teacher or a student whose module cannot be imported here."""
 
     reads: str = "words"
     """What the student reads."""
     mute: bool = False
-    """Whether the teacher says nothing but the instruction."""
+    """Whether the teacher says only the instruction."""
 
 
 _stored: dict[str, StoredFacts] = {}
 
 
 def facts_of(students: Iterable[str], teachers: Iterable[str]) -> dict[str, dict[str, Any]]:
-    """What a store keeps of the user's own, by spec, as JSON values."""
+    """The facts to store about users' own teachers and students, by spec, as JSON values."""
     reads = {spec: StoredFacts(reads=parse_student(spec).reads) for spec in students if _is_own(spec)}
     mute = {spec: StoredFacts(mute=parse_teacher(spec).mute) for spec in teachers if _is_own(spec)}
     return {spec: each._asdict() for spec, each in (reads | mute).items()}
 
 
 def use_stored(facts: Mapping[str, Mapping[str, Any]]) -> None:
-    """Describe specs by what `facts_of` gave, where their modules cannot be imported."""
+    """Use the results of `facts_of` for specs whose modules cannot be imported."""
     _stored.update({spec: StoredFacts(**each) for spec, each in facts.items()})
 
 
 def student_of(spec: str) -> Student | StoredFacts:
-    """The student of a spec; errors as of `parse_student`, but for modules that are not here."""
+    """The student of a spec; errors as in `parse_student`, except for missing modules."""
     try:
         return parse_student(spec)
     except ValueError:
@@ -46,7 +46,7 @@ def student_of(spec: str) -> Student | StoredFacts:
 
 
 def teacher_of(spec: str) -> Personality | Speaker | StoredFacts:
-    """The teacher of a spec; errors as of `parse_teacher`, but for modules that are not here."""
+    """The teacher of a spec; errors as in `parse_teacher`, except for missing modules."""
     try:
         return parse_teacher(spec)
     except ValueError:

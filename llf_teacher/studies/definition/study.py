@@ -1,4 +1,4 @@
-"""A study: which students and teachers meet in which environments, as a value, and as a TOML file."""
+"""A study: the students and teachers to combine in environments, as a value and as a TOML file."""
 
 import itertools
 import json
@@ -31,18 +31,18 @@ from teachers.seeds import TREE
 from teachers.spec import is_count, unknown
 
 DRAWS = 256
-"""Number of worlds by which claims are measured, where a study does not say it."""
+"""Default number of worlds for measuring the information of claims."""
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def _in_file(id: str, options: Mapping[str, Any]) -> str:
-    """The end of a message: how a study's file gives an environment these options."""
+    """The end of a message: how a study's file sets these options of an environment."""
     lines = "".join(f"\n{name} = {json.dumps(value)}" for name, value in options.items())
     return f"; in the study's file:\n[options.{json.dumps(id)}]{lines}" if lines else ""
 
 
 class Grid(NamedTuple):
-    """The lists that are crossed for an id."""
+    """The lists that a study crosses for an id."""
 
     teachers: tuple[str, ...]
     students: tuple[str, ...]
@@ -51,7 +51,7 @@ class Grid(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Study:
-    """The full cross of its lists, except for ids with `fewer`. Lists are stored as tuples, in canonical form.
+    """The full cross of its lists, shorter for ids in `fewer`. Lists are stored as tuples, in canonical form.
 
     Raises:
         ValueError: a field is not allowed; one error lists all problems.
@@ -66,32 +66,32 @@ class Study:
     """Spec strings, or factories of your own agents, which are stored as `module:factory`."""
     instruction_types: Sequence[str] = ("b",)
     feedback_types: Sequence[str] = ("a",)
-    """Which kinds teachers may use; `"subsets"` stands for every subset of the five kinds, for an ablation."""
+    """The kinds that teachers may use; `"subsets"` means every subset of the five kinds, for an ablation."""
     seeds: int | Sequence[int] = 10
-    """The seeds, each at least 0; a number n stands for 0 to n - 1."""
+    """The seeds, each at least 0; a number n means 0 to n - 1."""
     max_turns: int | None = None
     """Turns after which episodes are truncated; None: the number of each family."""
     samples: int = 1
-    """How often each episode is played, in the same world with the same teacher, by students with different random
-    streams. The report averages samples within a seed; see `llf_teacher.studies.analysis.pass_at_k`. Tests after
-    lessons are played once.
+    """Repetitions of each episode, in the same world with the same teacher, by students with different random streams.
+    The report averages samples within a seed; see `llf_teacher.studies.analysis.pass_at_k`. Tests after lessons are
+    played once.
     """
     fewer: Mapping[str, Mapping[str, Sequence[str] | Sequence[int] | int]] = field(default_factory=dict)
     """Per pattern of ids, as in `llf-some-*`, shorter lists of `teachers`, `students` and `seeds`, for slow simulators.
     If several patterns match an id, the first counts.
     """
     options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    """Per pattern of ids, as in `llf-metaworld-*`, options of the environment: those of its world, `visual` and
+    """Per pattern of ids, as in `llf-metaworld-*`, options of the environment: its world's options, `visual` and
     `failure_reward`. If several patterns match an id, the first counts. They are part of an episode's identity.
     """
     baseline: str = BASELINE
-    """The teacher that the others are compared with, one of `teachers`. There is no comparison if it is the default and
-    not one of them.
+    """The teacher that the report compares the others with, one of `teachers`. If the default is not one of them, there
+    is no comparison.
     """
     primary: Sequence[Mapping[str, str]] = ()
-    """The primary comparisons, over which the study's error is controlled: tables with patterns of `teacher`,
-    `student`, `instruction_type` and `feedback_type`. Without tables, every teacher with the baseline for every student
-    that teachers can reach, over all families.
+    """The primary comparisons, which share the study's error rate: tables with patterns of `teacher`,
+    `student`, `instruction_type` and `feedback_type`. Without tables: every teacher against the baseline, for every
+    student that teachers can reach, over all families.
     """
     interim_analyses: Mapping[str, Any] = field(default_factory=dict)
     """A sequential design: the numbers of seeds at which the study is tested (`at`), the alpha-spending function
@@ -104,8 +104,8 @@ class Study:
     are left out of its tests, too.
     """
     bits: bool | int = False
-    """Whether it is measured how much each claim says, and which regret it saves, by 256 worlds, or by so many. The
-    lessons are the same. Families without a posterior say why it could not be measured.
+    """Whether to measure the information of each claim and the regret that it saves, with 256 worlds or this number. It
+    does not change the lessons. For families without a posterior the report gives the reason.
     """
     reader: str = PHRASES
     """What reads the words of teachers that speak in their own (models, people, policies, voices that rewrite), so that
@@ -183,12 +183,12 @@ class Study:
         return short_names(asks | {spec: student_of(spec) for spec in self._specs("students")}, self.names)
 
     def _specs(self, name: str) -> tuple[str, ...]:
-        """All `teachers` or all `students`, those of tests included."""
+        """All `teachers` or all `students`, also those of tests."""
         return tuple(dict.fromkeys((*getattr(self, name), *self.transfer.get(name, ()))))
 
     @property
     def draws(self) -> int:
-        """Number of worlds by which claims are measured; 0: they are not."""
+        """Number of worlds for measuring claims; 0: no measurement."""
         return DRAWS if self.bits is True else int(self.bits)
 
     @property
@@ -196,7 +196,7 @@ class Study:
         return cast(Sequence[int], self.seeds)
 
     def _compared(self, problems: list[str]) -> str:
-        """`baseline` in canonical form; `problems` gets what is wrong with it."""
+        """`baseline` in canonical form; adds to `problems`."""
         try:
             baseline = teacher_spec(self.baseline)
         except ValueError as error:
@@ -207,7 +207,7 @@ class Study:
         return baseline
 
     def world_options(self, id: str) -> dict[str, Any]:
-        """The options of an environment's world that the study gives."""
+        """The study's options of an environment's world."""
         given: dict[str, Any] = json.loads(options_of(self.options, id) or "{}")
         return {name: value for name, value in given.items() if name in entry(id).family.options()}
 
@@ -216,7 +216,7 @@ class Study:
         return {**entry(id).options, **self.world_options(id)}
 
     def _subjects(self, problems: list[str]) -> dict[str, Subject]:
-        """What is taught in each environment; `problems` gets why it cannot be."""
+        """The subject of each environment; adds to `problems` the reasons why it cannot be taught."""
         subjects = {}
         for id in self.ids:
             found = entry(id)
@@ -228,7 +228,7 @@ class Study:
         return subjects
 
     def _unseated(self, subjects: Mapping[str, Subject]) -> Iterator[str]:
-        """Why students that draw worlds cannot play in some environment."""
+        """The reasons why students that draw worlds cannot play in some environments."""
         for id, subject in subjects.items():
             for spec in dict.fromkeys((*self.grid(id).students, *self.tests(id).students)):
                 student = student_of(spec)
@@ -239,7 +239,7 @@ class Study:
                         yield f"students: {id}: {error}{_in_file(id, subject.posterior_needs)}"
 
     def _shortened(self, problems: list[str]) -> dict[str, dict[str, tuple[Any, ...]]]:
-        """`fewer` in canonical form; `problems` gets what is wrong with it."""
+        """`fewer` in canonical form; adds to `problems`."""
         if not isinstance(self.fewer, Mapping) or not all(isinstance(v, Mapping) for v in self.fewer.values()):
             problems.append(f"fewer must be a table of tables, got {self.fewer!r}")
             return {}
@@ -261,12 +261,12 @@ class Study:
         return shortened
 
     def grid(self, id: str) -> "Grid":
-        """The lists that are crossed for an id of the study."""
+        """The lists that the study crosses for an id."""
         lists = next((lists for pattern, lists in self.fewer.items() if fnmatchcase(id, pattern)), {})
         return Grid(**{name: lists.get(name, getattr(self, name)) for name in Grid._fields})
 
     def tests(self, id: str) -> Transfer:
-        """What is crossed, beside the seeds, for the tests in an environment; empty without tests."""
+        """The combinations, without seeds, of the tests in an environment; empty without tests."""
         if not self.transfer:
             return Transfer((), (), (), ())
         plan, grid, family = Transfer(**self.transfer), self.grid(id), entry(id).family
@@ -333,12 +333,12 @@ class Study:
 
     @classmethod
     def from_manifest(cls, manifest: Mapping[str, Any], *, as_played: bool = False) -> "Study":
-        """The study of a store. Nothing is checked; modules of the user's own need not be here.
+        """The study of a store, without checks; the modules of users' own agents may be missing.
 
         Args:
-            manifest: of the store.
-            as_played: whether its episodes have the versions of those in the store, for a report, and not those of this
-                release, which would play it again.
+            manifest: the store's manifest.
+            as_played: whether its episodes have the versions of the stored ones, for a report, instead of this
+                release's, for playing it again.
 
         Raises:
             ValueError: the manifest is damaged.
@@ -346,7 +346,7 @@ class Study:
         use_stored(manifest.get("own", {}))
         values = manifest["study"]
         if lacking := [name for name in ("ids", "teachers", "students") if name not in values]:
-            raise ValueError(f"the study of the store lacks {', '.join(lacking)}; `llf study check` tells more")
+            raise ValueError(f"the study of the store lacks {', '.join(lacking)}; run `llf study check` for details")
         study = object.__new__(cls)
         for each in fields(cls):
             default = each.default_factory() if callable(each.default_factory) else each.default
@@ -386,7 +386,7 @@ _CHECKS: dict[str, Callable[[Any], Any]] = {
 
 
 def _listed(name: str, values: Any, check: Callable[[Any], Any], problems: list[str]) -> tuple[Any, ...]:
-    """The different values in canonical form; `problems` gets what is wrong with them."""
+    """The different values in canonical form; adds to `problems`."""
     given = values
     if check is _seed and isinstance(values, int) and not isinstance(values, bool):
         values = tuple(range(values))
@@ -407,7 +407,7 @@ def load_study(path: Path) -> Study:
     """The study in a TOML file, whose keys are the fields of `Study`.
 
     Raises:
-        ValueError: the file cannot be read, or is no study; the message names the file.
+        ValueError: the file cannot be read, or is not a study; the message names the file.
     """
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
@@ -465,9 +465,10 @@ def _value(value: Any) -> str:
 
 
 def quickstart() -> Study:
-    """The built-in study, which asks whether words two turns late cost a student more than words wrong in three of ten.
+    """The built-in study. It asks whether late or wrong words cost a student more.
 
-    It has every installed family, students with different inputs, and beside these two teachers others and controls.
+    The late teacher is two turns late, the other is wrong in three of ten claims. The study has every installed family,
+    students with different inputs, these two teachers, others and controls.
     """
     families = [family for family in all_families() if not family.missing()]
     return Study(

@@ -1,4 +1,4 @@
-"""Which episodes a report shows turn by turn: the tables `transcripts` of a study."""
+"""The episodes that a report shows turn by turn: the tables `transcripts` of a study."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -10,7 +10,7 @@ _KEYS = (*PATTERNS, "seeds")
 
 
 def check_transcripts(given: Any, problems: list[str]) -> tuple[dict[str, Any], ...]:
-    """The tables in canonical form; `problems` gets what is wrong with them."""
+    """The tables in canonical form; adds to `problems`."""
     if isinstance(given, str | Mapping) or not isinstance(given, Iterable):
         problems.append(f"transcripts must be a list of tables, got {given!r}")
         return ()

@@ -1,7 +1,7 @@
 """Playing one episode of a study, and the lessons before it if it is a test.
 
-Episodes of one setting share their environment and its recorder, which `reset` begins anew: to make them takes as long
-as a short episode. Students are made anew for each episode, and so are teachers that are not personalities.
+Episodes of one setting share their environment and its recorder, since making these takes as long as a short episode.
+Each episode has a new student, and a new teacher if that is not a personality.
 """
 
 import contextlib
@@ -23,23 +23,23 @@ from teachers.personality import Personality
 
 
 class _Lesson(NamedTuple):
-    """What the episodes of a setting share."""
+    """The shared objects of a setting's episodes."""
 
     setting: tuple[object, ...]
     env: StudentEnv
     recorder: Recorder
     own_words: bool
-    """Whether the teacher may speak in words of its own."""
+    """Whether the teacher may speak in its own words."""
 
 
 class _Idle(threading.local):
-    """The lessons that ended last in a thread; those that are being played are not among them."""
+    """The last completed lessons of a thread, for reuse; lessons in progress are not included."""
 
     def __init__(self) -> None:
         self.lessons: list[_Lesson] = []
 
     def take(self, setting: tuple[object, ...]) -> _Lesson | None:
-        """The lesson of a setting, which is then not among them."""
+        """Remove and return the lesson of a setting; None without one."""
         for i, lesson in enumerate(self.lessons):
             if lesson.setting == setting:
                 return self.lessons.pop(i)
@@ -47,18 +47,18 @@ class _Idle(threading.local):
 
 
 _idle = _Idle()
-_KEPT = 2  # a test and the lessons before it
+_KEPT = 2  # for a test and the lessons before it
 
 
 def close_lessons() -> None:
-    """Close what the episodes of this thread share."""
+    """Close the shared objects of this thread's episodes."""
     while _idle.lessons:
         _idle.lessons.pop().env.close()
 
 
 @contextlib.contextmanager
 def _lesson(spec: EpisodeSpec, player: Student, id: str, teacher: str, feedback_type: str) -> Iterator[_Lesson]:
-    """The lesson of an episode's setting; one in which an error is raised is not used again."""
+    """The lesson of an episode's setting; after an error it is not used again."""
     taught = parse_teacher(teacher)
     setting = id, taught, spec.instruction_type, feedback_type, spec.max_turns, player.text, spec.options
     lesson = _idle.take(setting)
@@ -108,8 +108,8 @@ def play(spec: EpisodeSpec, begins: Callable[[int], object] | None = None) -> Re
 def attend(spec: EpisodeSpec, player: Student, policy: Policy[Student]) -> None:
     """Play the lessons before a test with the student's policy.
 
-    The seed's streams continue from lesson to lesson; the test has their first episode. Lessons end as episodes of
-    studies do, each with a call of the policy's `finish`.
+    The seed's streams continue from lesson to lesson; the test has their first episode. Lessons end like episodes of
+    studies, each with a call of the policy's `finish`.
     """
     with _lesson(spec, player, spec.taught, spec.teacher, spec.feedback_type) as (_, env, *_):
         env.reset(seed=spec.seed)

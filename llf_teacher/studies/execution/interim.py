@@ -21,7 +21,7 @@ class Decision(NamedTuple):
     comparisons: int
     """Number of primary comparisons."""
     significant: int
-    """Number of those that are significant."""
+    """Number of significant primary comparisons."""
     stops: bool
     """Whether the study ends before its last analysis."""
 
@@ -51,5 +51,5 @@ def decision(data: Data) -> Decision | None:
 
 
 def decide(store: Store, study: Study) -> Decision | None:
-    """The result of the last complete interim analysis of a store; None as in `decision`."""
+    """The result of the last complete interim analysis of a store; None under the conditions of `decision`."""
     return None if store.empty or not study.interim_analyses else decision(read(store, study))

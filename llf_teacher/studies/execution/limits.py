@@ -13,12 +13,12 @@ try:
 except ImportError:  # no POSIX
     resource = None  # type: ignore[assignment]
 
-_GRACE = 10.0  # seconds beyond a limit, after which a process that has not ended the episode is killed
+_GRACE = 10.0  # seconds beyond a limit before a process with an unfinished episode is killed
 _MEGABYTE = 1 << 20
 
 
 class TimeIsUp(KeyboardInterrupt):
-    """A limit of time is reached. It interrupts as Ctrl-C does, since agents catch an `Exception`."""
+    """A limit of time is reached. It interrupts like Ctrl-C, since agents may catch every `Exception`."""
 
 
 class Limits(NamedTuple):
@@ -43,7 +43,7 @@ class Limits(NamedTuple):
             raise ValueError("limits of time and memory need a POSIX system; leave them out")
 
     def hard_seconds(self, turns: int) -> float | None:
-        """Seconds after which the process of an episode with this number of turns is killed; None without limits."""
+        """Seconds until the process of an episode with this number of turns is killed; None without limits."""
         each = None if self.turn_seconds is None else self.turn_seconds * (turns + 1)
         longest = [seconds for seconds in (self.episode_seconds, each) if seconds is not None]
         return min(longest) + _GRACE if longest else None
@@ -72,7 +72,7 @@ class Clock:
             left.append(self._began + self._limits.episode_seconds - time.monotonic())
         if self._limits.turn_seconds is not None and turn:
             left.append(self._limits.turn_seconds)
-        # The alarm repeats, for agents that catch what is raised.
+        # The alarm repeats, since agents may catch what it raises.
         signal.setitimer(signal.ITIMER_REAL, max(min(left), 1e-6) if left else 0, 0.1)
 
     def _ring(self, signal_number: int, frame: FrameType | None) -> None:

@@ -1,4 +1,4 @@
-"""How long the prompts of a lesson are, found by playing it by chance; no model is asked."""
+"""The lengths of a lesson's prompts, measured with random play; no model is asked."""
 
 import json
 from collections.abc import Mapping
@@ -21,7 +21,7 @@ _REPLY = "That was not the best that you could do here. Try another way, and loo
 
 
 class _Counter(Model):
-    """Counts the bytes of requests, which it does not send."""
+    """Counts the bytes of requests without sending them."""
 
     def __init__(self) -> None:
         self.bytes = 0
@@ -32,7 +32,7 @@ class _Counter(Model):
 
 
 def bytes_of_prompts(lesson: EpisodeSpec, student: LLM) -> int:
-    """The bytes of all prompts of a model in a lesson, played by chance."""
+    """The bytes of all prompts of a model in a lesson with random play."""
     counter = _Counter()
     taught = arguments_of(parse_teacher(lesson.teacher), "a")
     env = make(lesson.id, **taught, text=True, max_turns=lesson.max_turns, **json.loads(lesson.options or "{}"))

@@ -43,9 +43,9 @@ class EpisodeError(RuntimeError):
     """Episodes failed. Played episodes and the reasons of failures are stored."""
 
     trace: str = ""
-    """The traceback of the first failure in the process that played it; empty if the message says it all."""
+    """The traceback of the first failure in the process that played it; empty if the message is enough."""
     played: int = 0
-    """Number of episodes that were played."""
+    """Number of played episodes."""
 
 
 class StudyError(EpisodeError):
@@ -76,7 +76,7 @@ def parse_shard(text: str) -> Shard:
 
 
 class RunOptions(NamedTuple):
-    """How a study is played; its episodes do not depend on it."""
+    """How to play a study, without effect on its episodes."""
 
     executor: str | None = None
     """A name of `executors.NAMES`.
@@ -89,9 +89,9 @@ class RunOptions(NamedTuple):
     limits: Limits = Limits()
     shard: Shard = Shard(1, 1)
     retry_failed: bool = False
-    """Whether episodes that failed in an earlier run are played again."""
+    """Whether to play again episodes that failed in an earlier run."""
     fail_fast: bool = False
-    """Whether no more episodes begin after a failure."""
+    """Whether to begin no more episodes after a failure."""
 
     def engine(self, workers: int | None, waits: bool = False) -> str:
         """Name of the executor.
@@ -110,7 +110,7 @@ class _Tally(NamedTuple):
 
     there: int
     lost: int
-    """Episodes that failed earlier and are not played again."""
+    """Episodes that failed earlier and will not be played again."""
     todo: int
     students: tuple[str, ...]
     """Students of the episodes to be played."""
@@ -141,17 +141,17 @@ def play_missing(
     and cannot be split into shards.
 
     Args:
-        study: what to play.
-        store: gets each episode as it ends.
-        workers: number of episodes that are played at once; None: one per core. With 1 this process plays, unless
-            `options` say otherwise.
-        progress: called with the number of episodes that are done, and the total.
+        study: the study.
+        store: the store; it gets each episode at its end.
+        workers: number of episodes at once; None: one per core. With 1 this process plays, unless `options` say
+            otherwise.
+        progress: called with the number of completed episodes, and the total.
         environment: environment variables for the workers, such as `LLF_LLM_BUDGET`, beside those of this process.
         options: how to play.
         on_interim: called with the decision of each interim analysis of this run.
 
     Returns:
-        The number of episodes that were played.
+        The number of played episodes.
 
     Raises:
         EpisodeError: episodes failed, now or earlier; all others are stored.
@@ -224,7 +224,7 @@ class _Run:
                 with executors.start(executor, work, workers, options.address) as engine:
                     self._play(engine, tally)
             finally:
-                with contextlib.suppress(StoreError):  # the manifest lacks the costs; no episode is lost
+                with contextlib.suppress(StoreError):  # then the manifest lacks the costs, but no episode is lost
                     if spent := spending(self._cache):
                         store.write_manifest({"llm": spent})
         if error := self._error or self._failures(tally):
@@ -258,7 +258,7 @@ class _Run:
         return _Tally(there, lost, todo, tuple(students), turns)
 
     def _ends(self, analysis: int) -> bool:
-        """Whether the design ends the study now; decisions from this analysis on are reported."""
+        """Whether the design ends the study now; reports the decisions from this analysis on."""
         if not self._study.interim_analyses or self._options.shard.of > 1:
             return False
         from llf_teacher.studies.execution.interim import decide  # imports Matplotlib
@@ -345,14 +345,14 @@ def asks_here(study: Study, students: Iterable[str]) -> bool:
 
 
 def speakers(study: Study) -> Iterator[Speaker]:
-    """The teachers of a study that are not personalities alone."""
+    """The teachers of a study beside mere personalities."""
     for spec in dict.fromkeys((*study.teachers, *study.transfer.get("teachers", ()))):
         if isinstance(teacher := parse_teacher(spec), Speaker):
             yield teacher
 
 
 def manifest(study: Study) -> dict[str, Any]:
-    """What is needed to repeat a study: its definition, and the versions of its software."""
+    """The facts for repeating a study: its definition, and the versions of its software."""
     return {
         "study": study.as_dict(),
         "played": {family: list(each) for family, each in study.versions.items()},
@@ -367,7 +367,7 @@ def manifest(study: Study) -> dict[str, Any]:
 
 
 def _versions() -> dict[str, str]:
-    """Versions of this package and of its installed dependencies, without those of tests."""
+    """Versions of this package and of its installed dependencies, except those for tests."""
     own = "llf-teacher"
     asked = [each for each in metadata.requires(own) or () if "test" not in each.partition(";")[2]]
     names = sorted({re.split(r"[^\w.-]", each, maxsplit=1)[0] for each in asked} - {own})

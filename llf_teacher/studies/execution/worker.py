@@ -22,20 +22,20 @@ _OWN.append(Path(sysconfig.get_path("stdlib")))
 
 
 class Stop(NamedTuple):
-    """Why the study as a whole cannot go on."""
+    """Why the whole study cannot go on."""
 
     error: str
 
 
 class Packed(NamedTuple):
-    """An episode in the form of the store."""
+    """An episode in the store's form."""
 
     episode: EpisodeRow
     turns: bytes
 
 
 def set_up(environment: Mapping[str, str]) -> None:
-    """Set up a process that plays; definitions of a notebook may have changed since an earlier run in it."""
+    """Set up a playing process; a notebook's definitions may have changed since an earlier run in it."""
     os.environ.update(environment)
     close_lessons()
 
@@ -83,7 +83,7 @@ def _repr(error: BaseException) -> str:
 
 
 def _place(error: BaseException) -> str:
-    """The last line of others' code that an error passed, such as ` (my_agent.py, line 7)`; empty without one."""
+    """The last line of foreign code in an error's traceback, such as ` (my_agent.py, line 7)`; empty without one."""
     files = [(Path(frame.filename), frame.lineno) for frame in traceback.extract_tb(error.__traceback__)]
     others = [f" ({file.name}, line {line})" for file, line in files if not any(map(file.is_relative_to, _OWN))]
     return others[-1] if others else ""

@@ -1,7 +1,7 @@
 """Export formats of a study's episodes: one module each, found by its name.
 
 A module has `write(results, path, ...) -> int`, whose keyword-only arguments are the format's options, and which
-returns the number of rows. All formats read the store and hold one episode at a time.
+returns the number of rows. All formats read the store, one episode at a time.
 """
 
 import importlib

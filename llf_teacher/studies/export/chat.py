@@ -10,7 +10,7 @@ from llf_teacher.studies.results import Results
 
 
 def write(results: Results, path: Path) -> int:
-    """Write the file; gives the number of episodes."""
+    """Write the file; returns the number of episodes."""
     return write_json_lines(path, _rows(results))
 
 

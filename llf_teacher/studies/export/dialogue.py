@@ -1,4 +1,4 @@
-"""Stored episodes as the messages that a chat model gets and answers."""
+"""Stored episodes as messages to and from a chat model."""
 
 import json
 from collections.abc import Iterator
@@ -28,7 +28,7 @@ class Answered(NamedTuple):
     row: dict[str, Any]
     """The turn, as fields of `TurnRow`."""
     before: dict[str, Any]
-    """The turn before it, whose feedback the student has heard."""
+    """The previous turn, whose feedback the student has heard."""
 
 
 def exchanges(results: Results, episode: dict[str, Any], history: int = 1000) -> Iterator[Answered]:
@@ -47,12 +47,12 @@ def exchanges(results: Results, episode: dict[str, Any], history: int = 1000) ->
 
 
 def as_answer(action: str) -> str:
-    """An action in the form of answer that prompts ask for."""
+    """An action in the form of an answer that the prompts request."""
     return f"Response: {action}"
 
 
 def action_text(id: str, turn: dict[str, Any]) -> str:
-    """The action of a turn as text, as in text mode; for a text that was no action, its beginning."""
+    """The action of a turn as text, as in text mode; for a text that was not an action, its beginning."""
     failed: str | None = turn["parse_failure"]
     return failed if failed is not None else spell(id, turn["action"])
 
@@ -71,7 +71,7 @@ def _words(id: str) -> dict[str, str]:
 
 
 def advised(row: dict[str, Any]) -> Any:
-    """The action that true advice names for the next turn; None if there is none, or more than one."""
+    """The only action that true advice names for the next turn; None without such advice, or with several actions."""
     actions = {
         json.dumps(atom["action"]): atom["action"]
         for atom in row["atoms"]

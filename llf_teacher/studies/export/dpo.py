@@ -19,7 +19,7 @@ _STATES = "SELECT id, seed, state, action, regret, prompt FROM seen ORDER BY id,
 
 
 def write(results: Results, path: Path, *, margin: float = 0.0) -> int:
-    """Write the file; gives the number of pairs.
+    """Write the file; returns the number of pairs.
 
     A state is an observation in the world of an id and a seed. Prompts leave out earlier turns, so that both answers
     have the same prompt. The best action of any student in a state is paired with each worse one.

@@ -18,14 +18,14 @@ def write(
     regret_below: float | None = None,
     hindsight: bool = False,
 ) -> int:
-    """Write the file; gives the number of turns.
+    """Write the file; returns the number of turns.
 
     Args:
         results: the store.
         path: the file.
         success: only episodes that end in success.
         regret_below: only turns with less regret than this, or with a hindsight completion; None: all.
-        hindsight: whether true advice of a single action replaces the student's action; then the column `hindsight` is
+        hindsight: whether true advice of a single action replaces the student's action; the column `hindsight` then is
             true.
     """
     if regret_below is not None:

@@ -1,4 +1,4 @@
-"""What a report needs from the columns of a store: sums by SQL, curves in a sorted stream.
+"""The data of a report from the columns of a store: sums by SQL, curves in a sorted stream.
 
 Turns are not read. All queries see the same state of the store, though a study may go on.
 """
@@ -36,7 +36,7 @@ INFORMATION = (
     *("turns", "measured", "unmeasured", "bits", "at_least", "measured_words", "valued_bits", "saved"),
     *(f"bits_{kind}" for kind in KINDS),
 )
-"""Columns of how much teachers said."""
+"""Columns about the amount of teaching."""
 _SEED = EpisodeSpec._fields.index("seed")
 _SHARED = ", ".join(name for name in EpisodeSpec._fields if name != "seed")
 
@@ -51,16 +51,16 @@ class Sums(NamedTuple):
     first: int
     """The smallest seed."""
     sums: Mapping[str, float]
-    """Sums of the columns that count something, and of the regret."""
+    """Sums of the counting columns, and of the regret."""
 
 
 class Revision(NamedTuple):
-    """Numbers of the episodes that were played under one definition."""
+    """Numbers of episodes played under one definition."""
 
     shown: int
-    """Those that the study asks for."""
+    """Number of episodes that belong to the study."""
     there: int
-    """All in the store."""
+    """Number of all episodes in the store."""
 
 
 class Answers(NamedTuple):
@@ -69,17 +69,17 @@ class Answers(NamedTuple):
     turns: int
     answers: int
     failures: int
-    """Answers that were no action."""
+    """Answers that were not actions."""
     truncated: int
     """Answers that were cut at the greatest length."""
     input_tokens: float | None
-    """None if an addend is unknown, as the next ones."""
+    """None if an addend is unknown, like the next fields."""
     output_tokens: float | None
     usd: float | None
     seconds: float | None
 
     def plus(self, other: "Answers") -> "Answers":
-        """The sums of both."""
+        """The sums of both counts."""
         return Answers._make(
             None if one is None or two is None else one + two for one, two in zip(self, other, strict=True)
         )
@@ -97,7 +97,7 @@ class Curves(NamedTuple):
 
 
 def plan(study: Study) -> Plan:
-    """The settings of a study with their seeds; each sample is a setting."""
+    """The settings of a study with their seeds; each sample has its own setting."""
     found: dict[EpisodeSpec, list[int]] = {}
     for _, alike in itertools.groupby(study.episodes(), lambda spec: (*spec[:_SEED], *spec[_SEED + 1 :])):
         specs = list(alike)
@@ -109,7 +109,7 @@ class Columns:
     """The episodes of a study in a store.
 
     Args:
-        db: a connection that nothing else uses.
+        db: a connection of its own.
         planned: the settings with their seeds.
     """
 
@@ -167,7 +167,7 @@ class Columns:
         return found
 
     def sampled(self) -> Iterator[dict[str, Any]]:
-        """The episodes of a study with several samples, as `llf_teacher.studies.analysis.pass_at_k` takes them."""
+        """The episodes of a study with several samples, for `llf_teacher.studies.analysis.pass_at_k`."""
         rows = self._db.execute(f"SELECT setting, seed, first_success FROM {_WANTED}")  # noqa: S608 (names of ours)
         for setting, seed, first in rows:
             yield self._there[setting]._asdict() | {"seed": seed, "first_success": first}
@@ -192,7 +192,7 @@ class Columns:
             yield self._there[setting], seed, key
 
     def revisions(self) -> dict[int, Revision]:
-        """How many episodes each revision has in the store, those of other definitions included."""
+        """Number of episodes of each revision in the store, also of other definitions."""
         counts = (
             dict(self._db.execute(f"SELECT revision, count(*) FROM {rows} GROUP BY revision"))  # noqa: S608
             for rows in ("result", _WANTED)
@@ -201,7 +201,7 @@ class Columns:
         return {number: Revision(wanted.get(number, 0), count) for number, count in sorted(there.items())}
 
     def failures(self) -> dict[tuple[str, str], int]:
-        """Number of episodes that failed and were not played since, by student and reason."""
+        """Number of failed episodes that were not played later, by student and reason."""
         wanted = {setting: set(seeds) for setting, seeds in self._planned.items()}
         found: Counter[tuple[str, str]] = Counter()
         for seed, reason, *shared in self._db.execute(f"SELECT seed, reason, {_SHARED} FROM failure"):  # noqa: S608
@@ -223,7 +223,7 @@ class Columns:
             yield _curves(specs[rank], list(alike))
 
     def outcomes(self, study: Study) -> Outcomes:
-        """The outcomes of the episodes; environments with the same grid are averaged."""
+        """The outcomes of the episodes, averaged over environments with the same grid."""
         names = "setting, seed, regret, success, coalesce(first_success, 9e999)"
         rows = self._db.execute(f"SELECT {names} FROM {_WANTED} ORDER BY setting")  # noqa: S608 (names of ours)
         tables = {

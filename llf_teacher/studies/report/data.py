@@ -28,18 +28,18 @@ class Data:
 
     study: Study
     store: Store
-    """Gives the turns of single episodes, and the manifest."""
+    """The store, for the turns of single episodes and the manifest."""
     planned: Plan
     sums: Mapping[EpisodeSpec, Sums]
     """Sums over the played episodes, by setting."""
     revisions: Mapping[int, Revision]
-    """Numbers of episodes by the revision of the definition that they were played under."""
+    """Numbers of episodes by the revision of their definition."""
     failures: Mapping[tuple[str, str], int]
-    """Number of episodes that failed and were not played since, by student and reason."""
+    """Number of failed episodes that were not played later, by student and reason."""
     sections: tuple[Section, ...]
-    """Sections in the order of families, types and grids; those without an episode are left out."""
+    """Sections in the order of families, types and grids, without empty ones."""
     test: Test | None
-    """How comparisons are tested; None while they are not."""
+    """How to test comparisons; None before the first test."""
 
     @cached_property
     def named(self) -> dict[str, str]:
@@ -62,7 +62,7 @@ class Data:
 
     @cached_property
     def compared(self) -> list[Primary]:
-        """The comparisons with the baseline over all families, the primary ones among them."""
+        """The comparisons with the baseline over all families, also the primary ones."""
         return of_study(self.taught, self.study, self.test)
 
     @property
@@ -72,7 +72,7 @@ class Data:
 
     @property
     def significant(self) -> list[Primary]:
-        """The primary comparisons that are significant."""
+        """The significant primary comparisons."""
         return [each for each in self.primary if self.test and each.score.p <= self.test.level]
 
     @cached_property
@@ -86,7 +86,7 @@ class Data:
 
     @property
     def least_secondary(self) -> float:
-        """The smallest adjusted p-value that so many secondary comparisons at so many seeds can have."""
+        """The smallest possible adjusted p-value for this number of secondary comparisons and seeds."""
         every = [each for mine in self.secondary.values() for each in mine.values()]
         p = least_p(max((each.estimate.n for each in every), default=1))
         return min(1.0, len(every) * (self.test.adjusted(p) if self.test else p))
@@ -108,7 +108,7 @@ class Data:
 
     @property
     def unreadable(self) -> tuple[str, ...]:
-        """Students whose answers were all no actions, so that their figures say little."""
+        """Students without a single action among their answers, so that their figures have little meaning."""
         answers: dict[str, list[float]] = {}
         for setting, each in self.sums.items():
             counts = answers.setdefault(setting.student, [0.0, 0.0])
@@ -129,7 +129,7 @@ class Data:
 
     @cached_property
     def taught(self) -> Outcomes:
-        """The outcomes of the episodes in sections: those with a teacher that are not only part of an ablation."""
+        """The outcomes of the episodes in sections: with a teacher, and not only for an ablation."""
         types = main_types(self.study.feedback_types)
         return {g: cells for g, cells in self.outcomes.items() if not g.lessons and g.feedback_type in types}
 
@@ -150,8 +150,8 @@ def read(store: Store, study: Study) -> Data:
         sums = there.sums()
         if not sums:
             raise ValueError(
-                f"{store.path} holds no episode of this study; run it first. The store has {store.count} others; name "
-                "no study to report on the one that was run with it"
+                f"{store.path} holds no episode of this study; run it first. The store has {store.count} others; to "
+                "report on the study that was run with it, leave out the study"
             )
         test = test_of(
             study,
@@ -204,7 +204,7 @@ def _cell(curves: list[Curves], needed: int) -> Cell | None:
 
 
 def _families(study: Study) -> list[Subject]:
-    """What is taught in a study, sorted by name."""
+    """The subjects of a study, sorted by name."""
     found = {(family := entry(id).family).name: family for id in study.ids}
     return [found[name] for name in sorted(found)]
 
@@ -213,7 +213,7 @@ def _outlines(study: Study, sums: Mapping[EpisodeSpec, Sums]) -> Iterator[dict[s
     """The fields of each section without its cells."""
     groups: dict[tuple[str, str, str], dict[EpisodeSpec, Sums]] = {}
     for setting, each in sums.items():
-        if setting.lessons:  # a test without a teacher, which has its own part
+        if setting.lessons:  # tests without a teacher have their own part
             continue
         name = entry(setting.id).family.name
         groups.setdefault((name, setting.instruction_type, setting.feedback_type), {})[setting] = each

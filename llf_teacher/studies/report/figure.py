@@ -21,7 +21,7 @@ from llf_teacher.studies.report.plots import NARROW, STYLE, WIDTH
 from llf_teacher.theme import SHADES
 
 _STYLES: list[str | Path | dict[str, Any]] = ["default", STYLE]
-_PLAIN = "!$&'()*+,-./:;=?@[]_~ "  # characters that a data URI need not quote
+_PLAIN = "!$&'()*+,-./:;=?@[]_~ "  # characters that a data URI may contain unquoted
 _NOTHING: dict[str, Any] = dict.fromkeys(("Creator", "Date", "Format", "Type"))
 FORMATS = ("svg", "pdf", "csv")
 """Suffixes of a figure's files."""
@@ -29,14 +29,14 @@ FORMATS = ("svg", "pdf", "csv")
 
 @dataclass(frozen=True, kw_only=True)
 class Plot:
-    """A figure that is drawn on demand."""
+    """A figure, drawn on demand."""
 
     name: str
     """Stem of its files, and id of the figure in the page."""
     title: str
     """Alternative text."""
     draw: Callable[[float], Figure]
-    """Draws it in a width, in inches."""
+    """Draws it with a width in inches."""
     columns: Sequence[str]
     rows: Sequence[Sequence[Any]]
     """The data; floats are written with five digits, NaN is left empty."""
@@ -101,7 +101,7 @@ def _cell(value: Any) -> Any:
 
 
 def _attributes(style: re.Match[str]) -> str:
-    """A style as attributes, which need no permission of the content security policy."""
+    """A style as attributes, which the content security policy always allows."""
     pairs = (part.split(":", 1) for part in style[1].split(";") if ":" in part)
     return " ".join(f'{name.strip()}="{value.strip()}"' for name, value in pairs)
 

@@ -24,10 +24,10 @@ from llf_teacher.theme import pages, style
 _FIGURES, _SHOWN = (
     3_000_000,
     1_000_000,
-)  # bytes of figures with their data, and of transcripts, that browsers display well
+)  # bytes of figures with their data, and of transcripts, that browsers handle well
 
 
-_FEW = 4  # different values that are listed
+_FEW = 4  # greatest number of listed values
 
 
 class ByteBudget:
@@ -41,7 +41,7 @@ class ByteBudget:
         self._left = left
 
     def take(self, text: str) -> bool:
-        """Whether a text fits; if so, its size is subtracted."""
+        """Whether a text fits; if so, subtract its size."""
         fits = len(text) <= self._left
         self._left -= len(text) if fits else 0
         return fits
@@ -83,9 +83,7 @@ def write_report(store: Store, study: Study, path: Path) -> Data:
 
 
 def render(store: Store, study: Study) -> str:
-    """The report as HTML; the same episodes give the same text.
-
-    Columns are not verified; `Store.damage` does that.
+    """The report as HTML; the same episodes give the same text. It does not verify columns; `Store.damage` does.
 
     Raises:
         ValueError: no episode of the study has been played, or turns of a transcript are missing.
@@ -167,7 +165,7 @@ def _every(values: Sequence[float], digits: int, scale: float = 1) -> list[str]:
 
 
 def _counted(values: Sequence[float], digits: int, scale: float = 1) -> str:
-    """The different values with their numbers, or the first and the last if they are many."""
+    """The different values with their counts, or the first and the last of many."""
     counts = Counter(_every(values, digits, scale))
     if len(counts) > _FEW:
         first, *_, last = counts

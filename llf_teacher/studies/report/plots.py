@@ -1,8 +1,8 @@
 """The plots of a report, by Matplotlib.
 
-Series differ in lightness and markers, too, so that no plot depends on colour alone. Lines are labelled at their ends;
-at most six have a colour, and others are grey. Of more series of dots, each six have a plot of their own. Every plot
-can be drawn for a phone: the same letters on less width, with panels below each other.
+Series differ in lightness and markers, too, so that no plot depends on colour alone. Lines have labels at their ends;
+at most six have a colour, the others are grey. Series of dots are split into plots of at most six. Every plot has a
+form for phones: the same letters on less width, with panels below each other.
 """
 
 import math
@@ -30,7 +30,7 @@ MOST = len(SERIES)
 WIDTH = 10.0
 """Width of figures in inches; the page scales them."""
 NARROW = 4.1
-"""Width for a phone, where letters then are as large as those of a wide figure."""
+"""Width for a phone, where letters then have the size of those in a wide figure."""
 _BODY = 10.5  # points: the size of the page's body in a figure of its width
 _SMALL = round(_BODY * LENGTHS["small"])
 _OTHERS: dict[str, Any] = {"color": SHADES["muted"].light, "alpha": 0.5, "linewidth": 1, "zorder": 1}
@@ -87,10 +87,10 @@ def _intervals(
         ax: to draw on.
         rows: labels from top to bottom.
         series: labels in the order of their colours.
-        estimates: by (row, series); missing ones are blank.
+        estimates: by (row, series); missing estimates are blank.
         spacing: greatest distance of two series, in rows.
         at_zero: whether there is a line at 0.
-        marks: values of (row, series) that are drawn faintly behind the dots.
+        marks: values by (row, series), drawn faintly behind the dots.
         line: style of intervals.
         dot: style of dots.
     """
@@ -107,7 +107,7 @@ def _intervals(
         ys, found = list(pairs.values()), [estimates[pair] for pair in pairs]
         ax.hlines(ys, [e.low for e in found], [e.high for e in found], color, **line)
         dots = ax.plot([e.mean for e in found], ys, marker, color=color, label=named(name), **dot)[0]
-        dots.set_in_layout(False)  # without data they have no extent, which breaks the layout
+        dots.set_in_layout(False)  # without data their empty extent breaks the layout
     ax.grid(axis="x")
 
 
@@ -190,8 +190,8 @@ def gain_plot(
     Args:
         rows: teachers from top to bottom.
         series: students in the order of their colours.
-        gains: scores over all families, by (row, series); missing ones are blank.
-        single: scores in each family, drawn as marks; those beyond the axis are drawn at its end.
+        gains: scores over all families, by (row, series); missing scores are blank.
+        single: scores in each family, drawn as marks; marks beyond the axis are drawn at its end.
         baseline: the teacher at 0.
         width: of the figure in inches.
     """
@@ -224,7 +224,7 @@ class Pane(NamedTuple):
     unit: str
     """Unit of its axis."""
     dots: Mapping[tuple[str, str], Estimate]
-    """By row and series; missing ones are blank."""
+    """By row and series; missing values are blank."""
 
 
 def panel_plot(
@@ -290,7 +290,7 @@ def curve_plot(
         ax.margins(x=0)
     axes[0].xaxis.set_major_locator(ticks(integer=True, narrow=narrow))
     axes[0].yaxis.set_major_locator(ticks())
-    if min(ax.dataLim.y0 for ax in axes[: len(panels)]) >= 0:  # negated rewards, which may stand for regret, lie below
+    if min(ax.dataLim.y0 for ax in axes[: len(panels)]) >= 0:  # negated rewards in place of regret lie below
         axes[0].set_ylim(bottom=0)
     for ax in axes[len(panels) :]:
         ax.set_axis_off()
@@ -347,7 +347,7 @@ def separate(figure: Figure, labels: Sequence[Annotation]) -> None:
     """Move labels up or down so that none of a panel lies on another; of equal ends the first label is uppermost."""
     if (engine := figure.get_layout_engine()) is not None:
         engine.execute(figure)
-        figure.set_layout_engine("none")  # it is laid out, and need not be once more
+        figure.set_layout_engine("none")  # the layout is done; do not repeat it
     for ax in figure.axes:
         mine = sorted((each for each in reversed(labels) if each.axes is ax), key=lambda each: each.xy[1])
         room = ax.bbox.height / figure.dpi * 72
@@ -358,7 +358,7 @@ def separate(figure: Figure, labels: Sequence[Annotation]) -> None:
 
 
 def spread(wanted: Sequence[float], heights: Sequence[float], room: float) -> list[float]:
-    """Places near the wanted ones, in their order, at which boxes do not overlap, between 0 and `room` if they fit.
+    """Places for boxes without overlap, near the wanted places and in their order, between 0 and `room` if they fit.
 
     Args:
         wanted: the middles of boxes, ascending.
@@ -427,7 +427,7 @@ def tallest(rows: Sequence[str], narrow: bool = False) -> float:
 
 
 def named(label: str, most: int = 100) -> str:
-    """The label in a form that Matplotlib shows; it leaves out labels that begin with an underscore."""
+    """The label in a form that Matplotlib shows, since it omits labels that begin with an underscore."""
     label = textwrap.fill(label, most)
     return f" {label}" if label.startswith("_") else label
 

@@ -24,7 +24,7 @@ from pz_envs.subject import Subject
 
 
 class Cell(NamedTuple):
-    """One teacher with one student, at the seeds for which every environment of the section has been played."""
+    """One teacher with one student, at the seeds at which every environment of the section was played."""
 
     seeds: NDArray[np.int64]
     success: NDArray[np.bool_]
@@ -58,23 +58,23 @@ class Section:
     instruction_type: str
     feedback_type: str
     part: int
-    """Number of the section among those of the same family and types, from 0; each has another grid."""
+    """Number of the section among sections of the same family and types with other grids, from 0."""
     ids: tuple[str, ...]
     """Environments with at least one episode."""
     grid: Grid
-    """The study's teachers, students and seeds for them."""
+    """The study's teachers, students and seeds for these environments."""
     cells: Mapping[tuple[str, str], Cell]
-    """Cells by teacher and student; those without a complete seed are missing."""
+    """Cells by teacher and student, without cells that have no complete seed."""
     sums: Mapping[EpisodeSpec, Sums]
     """Sums over all episodes of the section, by setting."""
     reference: str
-    """The teacher that others are compared with."""
+    """The teacher that the section compares others with."""
     test: Test | None
-    """How differences are tested; None while they are not."""
+    """How to test differences; None before the first test."""
     named: Mapping[str, str]
     """The name of each teacher and student, by spec."""
     chosen: tuple[EpisodeSpec, ...] | None = None
-    """Episodes that the study wants to show; None: the report chooses."""
+    """Episodes that the study selects for transcripts; None: the report chooses."""
 
     @property
     def anchor(self) -> str:
@@ -102,11 +102,11 @@ class Section:
         return dict(zip(self.cells, estimates, strict=True))
 
     def paired(self, teacher: str, student: str, among: Collection[int] | None = None) -> NDArray[np.float64] | None:
-        """Regrets with a teacher and with the reference on the same seeds, shape (2, seeds); None without any.
+        """Regrets with a teacher and with the reference on the same seeds, shape (2, seeds); None without such seeds.
 
         Args:
-            teacher: not the reference.
-            student: that both teach.
+            teacher: the teacher, not the reference.
+            student: the student of both.
             among: the seeds that count; None: all.
         """
         one, other = self.cells.get((teacher, student)), self.cells.get((self.reference, student))
@@ -120,12 +120,12 @@ class Section:
 
     @property
     def compared(self) -> list[tuple[str, str]]:
-        """The cells that can differ from those of the same student with the reference."""
+        """The cells that can differ from the same student's cell with the reference."""
         return [pair for pair in self.cells if can_differ(pair[0], self.reference, pair[1], self.feedback_type)]
 
     @cached_property
     def differences(self) -> dict[tuple[str, str], Difference]:
-        """Regret minus that with the reference on the same seeds, for cells that can differ.
+        """Regret minus the reference's regret on the same seeds, for cells that can differ.
 
         p-values are adjusted for interim analyses, not yet for the number of comparisons: `Data.secondary` is.
         """
@@ -196,9 +196,10 @@ class Section:
 
     @cached_property
     def drawn(self) -> tuple[str, ...]:
-        """The teachers whose curves are drawn: all, or if they are too many, the reference and teachers at even ranks
-        of the regret of `reader`, the least and the greatest included.
-        """  # noqa: D205
+        """The teachers with curves: all, or if they are too many, the reference and a selection.
+
+        The selection has evenly spaced ranks of the regret of `reader`, including the least and the greatest.
+        """
         if len(self.grid.teachers) <= MOST:
             return self.grid.teachers
         others = [t for t in self.grid.teachers if t != self.reference and (t, self.reader) in self.cells]
@@ -209,7 +210,7 @@ class Section:
 
     @cached_property
     def split(self) -> Split | None:
-        """Shares of the variance of regret; None unless every cell has a common seed, and if all regrets are equal."""
+        """Shares of the variance of regret; None without a common seed of all cells, or if all regrets are equal."""
         pairs = [self.cells.get(pair) for pair in product(self.grid.teachers, self.grid.students)]
         cells = [cell for cell in pairs if cell is not None]
         seeds = set.intersection(*(set(cell.seeds.tolist()) for cell in cells)) if len(cells) == len(pairs) else set()
@@ -220,7 +221,7 @@ class Section:
 
     @cached_property
     def reader(self) -> str:
-        """The student of transcripts and examples: one that reads words if any, else atoms, else any."""
+        """The student of transcripts and examples: if possible one that reads words, otherwise atoms, otherwise any."""
         there = {setting.student for setting in self.sums}
         played = [student for student in self.grid.students if student in there]
         return min(played, key=lambda student: (*TAUGHT, reads(student)).index(reads(student)))
@@ -233,8 +234,8 @@ class Section:
     def contrast(self) -> tuple[str, ...]:
         """The teachers of the two transcripts: those whose claims hold most often and least often.
 
-        Among equals, the first has the least regret of `reader`, the second the greatest. It is one teacher if only one
-        has played.
+        Among equals, the first has the least regret of `reader`, the second the greatest. If only one teacher has
+        played, it is that one.
         """
         ranks = {}
         for teacher in self.grid.teachers:
@@ -273,5 +274,5 @@ def share(all_sums: Sequence[Sums], part: str, whole: str) -> float | None:
 
 
 def reads(student: str) -> str:
-    """What a student reads, one of `llf_teacher.students.student.READS`."""
+    """The information that a student reads, one of `llf_teacher.students.student.READS`."""
     return student_of(student).reads

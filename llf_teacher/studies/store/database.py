@@ -1,10 +1,10 @@
 """The store: a study's episodes in one SQLite file, each written as a whole when it ends.
 
-The table `result` has the columns for tables and curves, `story` the turns as one compressed value, and `setting` what
-many episodes share. The view `episode` joins `result` and `setting`. A failed episode is a row of `failure` until it is
-played successfully. `definition` has every definition that the study has had, by the `revision` that its episodes name,
-and `manifest` the newest facts. Each row has a digest of its values, and `seal` the number of rows and all digests of a
-table in one, so that a changed value and a missing row are noticed.
+The table `result` has the columns for tables and curves, `story` the turns as one compressed value, and `setting` the
+fields that many episodes share. The view `episode` joins `result` and `setting`. A failed episode is a row of `failure`
+until it is played successfully. `definition` has every definition that the study has had, by the `revision` in its
+episodes, and `manifest` the newest facts. Each row has a digest of its values, and `seal` has for each table the number
+of rows and a digest of all digests, to detect changed values and missing rows.
 """
 
 import contextlib
@@ -50,7 +50,7 @@ _FAILED = ", ".join((*EpisodeSpec._fields, *Failure._fields))
 _EPISODE = f"lower(hex(key)) AS key, {', '.join(_FIELDS)}"
 _JOINED = "result JOIN setting USING (setting)"
 _SEALED = {"result": "number", "failure": "number", "definition": "revision", "manifest": "name"}
-"""The tables of the seal, and what names their rows."""
+"""The tables of the seal, and the columns that identify their rows."""
 _SCHEMA = f"""
 CREATE TABLE manifest (name TEXT PRIMARY KEY, value TEXT NOT NULL, digest BLOB NOT NULL) WITHOUT ROWID;
 CREATE TABLE definition (revision INTEGER PRIMARY KEY, facts TEXT NOT NULL UNIQUE, digest BLOB NOT NULL);
@@ -80,15 +80,15 @@ class StoreError(ValueError):
 class Store:
     """Episodes on disk. One process writes; others may read at the same time.
 
-    As a context, it deletes a file that it has created if an error leaves it empty.
+    As a context manager, it deletes a file that it has created if an error leaves it empty.
 
     Args:
-        path: the file; it is created if it does not exist, unless it is only read.
-        read_only: whether nothing is written, so that the file's folder may be read-only.
+        path: the file; it is created if it does not exist, except with `read_only`.
+        read_only: whether to write nothing, so that the file's folder may be read-only.
 
     Raises:
         StoreError: the file has another schema version, is damaged or no store, or cannot be written; or it does not
-            exist and is only read.
+        exist, with `read_only`.
     """
 
     def __init__(self, path: Path | str, *, read_only: bool = False) -> None:
@@ -103,12 +103,12 @@ class Store:
             self._logs = False
             self._settings: dict[tuple[Any, ...], int] = {}
             self._changes: dict[str, tuple[int, int]] = {}
-            """What the current transaction changes in the seal: the number of rows, and the digests, by table."""
+            """The current transaction's changes of the seal: the number of rows, and the digests, by table."""
             with contextlib.ExitStack() as on_error:
                 on_error.callback(self.close)
                 self._prepare(read_only)
                 self.revision = self._last_revision()
-                """The revision of episodes that are added; 0: of no definition."""
+                """The revision of added episodes; 0: no definition."""
                 self._identity = files.file_identity(path)
                 on_error.pop_all()
         except sqlite3.DatabaseError as error:
@@ -155,15 +155,15 @@ class Store:
                 yield here, number
 
     def damage(self) -> Iterator[tuple[str, int | str, str]]:
-        """What is wrong with the store: a table or `file`, the row that is damaged or the last one before, the problem.
+        """The damage of the store: a table or `file`, the damaged row or the last one before it, and the problem.
 
-        Every value is compared with the digest of its row, and the rows with the seal of their table. Others may write
-        at the same time.
+        It compares the values of each row with the row's digest, and the rows with the seal of their table. Other
+        processes may write at the same time.
         """
         if problem := self.lost_log():
             yield "file", 0, problem
         self._db.execute("SAVEPOINT damage")  # all queries see the same state
-        self._db.text_factory = lambda text: text.decode("utf-8", "backslashreplace")  # then it differs from its digest
+        self._db.text_factory = lambda text: text.decode("utf-8", "backslashreplace")  # which breaks its digest
         try:
             for table, read in (
                 ("file", self._broken_pages),
@@ -186,7 +186,7 @@ class Store:
                 self._db.execute("RELEASE damage")
 
     def lost_log(self) -> str:
-        """What is wrong with a copy without its log; empty for others."""
+        """The problem of a copy without its log; empty for other files."""
         if not files.has_lost_its_log(self.path):
             return ""
         return (
@@ -234,11 +234,11 @@ class Store:
             yield "seal", table, problem
 
     def add(self, record: Record) -> None:
-        """Write an episode and its turns, all or nothing; an episode that is there stays unchanged."""
+        """Write an episode and its turns, all or nothing; an existing episode stays unchanged."""
         self.add_packed(record.spec, record.episode, pack_turns(record.turns))
 
     def add_packed(self, spec: EpisodeSpec, episode: EpisodeRow, turns: bytes) -> None:
-        """Write an episode whose turns `pack_turns` has packed; see `add`."""
+        """Write an episode with turns packed by `pack_turns`; see `add`."""
         values: list[Any] = [*spec, *episode]
         for i in _FLAGS:
             values[i] = int(values[i])
@@ -263,7 +263,7 @@ class Store:
             self._count("failure", digest)
 
     def _delete(self, table: str, column: str, value: Any) -> None:
-        """Delete a row, if it is there."""
+        """Delete a row, if it exists."""
         for (digest,) in self._db.execute(f"DELETE FROM {table} WHERE {column} = ? RETURNING digest", (value,)):  # noqa: S608
             self._count(table, digest, -1)
 
@@ -282,14 +282,14 @@ class Store:
         self._changes.clear()
 
     def packed(self) -> Iterator[tuple[int, EpisodeSpec, EpisodeRow, bytes]]:
-        """All episodes: the revision of each, and what `add_packed` takes."""
+        """All episodes: the revision of each, and the arguments of `add_packed`."""
         query = f"SELECT revision, {', '.join(_FIELDS)}, packed FROM {_JOINED} JOIN story USING (number)"  # noqa: S608
         size = len(EpisodeSpec._fields)
         for revision, *values, turns in self._db.execute(query):
             yield revision, EpisodeSpec(*values[:size]), EpisodeRow(*values[size:]), turns
 
     def failed(self) -> Iterator[tuple[EpisodeSpec, Failure]]:
-        """All failed episodes, as `add_failure` takes them."""
+        """All failed episodes, as arguments of `add_failure`."""
         size = len(EpisodeSpec._fields)
         for values in self._db.execute(f"SELECT {_FAILED} FROM failure"):  # noqa: S608
             yield EpisodeSpec(*values[:size]), Failure(*values[size:])
@@ -301,7 +301,7 @@ class Store:
 
     @contextlib.contextmanager
     def together(self) -> Iterator[None]:
-        """Write everything that is added within in one transaction, which is faster for many episodes."""
+        """Write all additions in the context in one transaction, which is faster for many episodes."""
         with self._writing():
             yield
 
@@ -329,7 +329,7 @@ class Store:
             self._settings.clear()
             self._changes.clear()
             with contextlib.suppress(sqlite3.Error):
-                if db.in_transaction:  # SQLite may have ended it
+                if db.in_transaction:  # SQLite may have ended the transaction
                     db.execute("ROLLBACK")
             if isinstance(error, sqlite3.OperationalError):
                 raise StoreError(
@@ -373,12 +373,12 @@ class Store:
         return self._found("SELECT 1 FROM result WHERE key = ?", bytes.fromhex(key))
 
     def has_failed(self, key: str) -> bool:
-        """Whether an episode has failed and was not played since."""
+        """Whether an episode failed and was not played later."""
         return self._found("SELECT 1 FROM failure WHERE key = ?", bytes.fromhex(key))
 
     @property
     def empty(self) -> bool:
-        """Whether there is neither an episode nor a failed one."""
+        """Whether there are neither episodes nor failures."""
         return not self._found("SELECT 1 FROM result LIMIT 1") and not self._found("SELECT 1 FROM failure LIMIT 1")
 
     def _found(self, query: str, *values: Any) -> bool:
@@ -402,7 +402,7 @@ class Store:
         return row
 
     def rows(self) -> Iterator[dict[str, Any]]:
-        """All episodes one by one, decoded, in the order in which they were written."""
+        """All episodes one by one, decoded, in the order of writing."""
         for row in map(dict, self._db.execute("SELECT * FROM episode")):
             yield {**row, "success": bool(row["success"]), "regrets": unpack_regrets(row["regrets"]).tolist()}
 
@@ -439,7 +439,7 @@ class Store:
         ).fetchall()
 
     def define(self, facts: Mapping[str, Any]) -> int:
-        """Set the definition that the next episodes are played under: a new revision, unless the store has it already.
+        """Set the definition of the next episodes: a new revision, unless the store has it already.
 
         Args:
             facts: JSON values: the study, and the versions of its software. They go into the manifest, too.
@@ -459,7 +459,7 @@ class Store:
         return self.revision
 
     def definitions(self) -> dict[int, dict[str, Any]]:
-        """What `define` was given, by revision. Revision 0 stands for none."""
+        """The definitions from `define`, by revision; revision 0 means no definition."""
         return self._facts("SELECT revision, facts FROM definition ORDER BY revision")
 
     def _last_revision(self) -> int:
@@ -482,14 +482,14 @@ class Store:
                 self._count("manifest", digest_of(row))
 
     def manifest(self) -> dict[str, Any]:
-        """All that `write_manifest` has written."""
+        """All facts from `write_manifest`."""
         return self._facts("SELECT name, value FROM manifest ORDER BY name")
 
     def back_up(self, path: Path) -> None:
-        """Write a whole copy of the store, as it is at one moment; others may write to the store at the same time.
+        """Write a whole, consistent copy of the store; others may write to the store at the same time.
 
         Raises:
-            StoreError: the store is itself a copy that lacks its log, which its copy would not show.
+            StoreError: the store is itself a copy without its log; a copy of it would hide this.
         """
         if problem := self.lost_log():
             raise self._damaged(problem)
@@ -516,7 +516,7 @@ def _marks(values: tuple[Any, ...]) -> str:
 
 
 def _key(key: str) -> bytes:
-    """A key as bytes; empty if the text is no key."""
+    """A key as bytes; empty if the text is not a key."""
     try:
         return bytes.fromhex(key)
     except ValueError:
@@ -528,19 +528,19 @@ def _json(value: Any) -> str:
 
 
 def digest_of(values: Iterable[Any], turns: bytes = b"") -> bytes:
-    """A digest of everything that is stored in a row, and of the turns of an episode."""
+    """A digest of all values in a row, and of the turns of an episode."""
     digest = hashlib.blake2b(repr(tuple(values)).encode(), digest_size=_BYTES)
     digest.update(turns)
     return digest.digest()
 
 
 def _number(digest: Any) -> int:
-    """A digest as a number; -1 if it is none."""
+    """A digest as a number; -1 if the value is not a digest."""
     return int.from_bytes(digest) if isinstance(digest, bytes) else -1
 
 
 def _schema(db: sqlite3.Connection) -> dict[str, str]:
-    """What a database consists of: the text that defines each table and view, by name."""
+    """The schema of a database: the text that defines each table and view, by name."""
     return {name: f"{sql}" for name, sql in db.execute("SELECT name, sql FROM sqlite_schema")}
 
 

@@ -1,8 +1,8 @@
-"""How the file of a store is opened, and where its log is.
+"""Opening the file of a store, and finding its log.
 
-A store that is being written to is in SQLite's write-ahead mode: the newest episodes are in a log beside the file. When
-the last writer closes it, they move into the file, which leaves that mode. So a file in that mode without a log is a
-copy that lacks them.
+While a process writes to a store, it is in SQLite's write-ahead mode: the newest episodes are in a log beside the file.
+When the last writer closes it, they move into the file, which leaves that mode. So a file in that mode without a log is
+a copy that lacks the newest episodes.
 """
 
 import contextlib
@@ -15,12 +15,12 @@ _MODE, _LOGGED = slice(18, 20), b"\2\2"  # bytes of the header, https://www.sqli
 
 
 def log_of(path: Path) -> Path:
-    """Where SQLite keeps the log of a file."""
+    """The path of SQLite's log of a file."""
     return path.with_name(f"{path.name}-wal")
 
 
 def has_lost_its_log(path: Path) -> bool:
-    """Whether a file is half of a store: its newest episodes are in a log that is not beside it."""
+    """Whether a file is half of a store: the log with its newest episodes is missing."""
     with path.open("rb") as file:
         return file.read(_MODE.stop)[_MODE] == _LOGGED and not log_of(path).exists()
 
@@ -29,8 +29,8 @@ def connect(path: Path, *, read_only: bool = False) -> sqlite3.Connection:
     """A connection that any thread may use and close, without transactions of its own.
 
     Args:
-        path: the file; it is created if it does not exist, unless it is only read.
-        read_only: whether nothing can be written; the folder may be read-only, too.
+        path: the file; it is created if it does not exist, except with `read_only`.
+        read_only: whether nothing can be written; then the folder may be read-only.
 
     Raises:
         sqlite3.Error: it cannot be opened.
@@ -52,7 +52,7 @@ def connect(path: Path, *, read_only: bool = False) -> sqlite3.Connection:
 
 @contextlib.contextmanager
 def reading(path: Path) -> Iterator[sqlite3.Connection]:
-    """A connection that is closed at the end and cannot write."""
+    """A context with a read-only connection."""
     with contextlib.closing(connect(path, read_only=True)) as db:
         yield db
 
@@ -65,7 +65,7 @@ def begin_writing(db: sqlite3.Connection) -> None:
 
 def close(db: sqlite3.Connection) -> None:
     """Close a connection; the last one that can write empties the log into the file."""
-    with contextlib.suppress(sqlite3.Error):  # others have it open, it is read-only or damaged, or the disk is full
+    with contextlib.suppress(sqlite3.Error):  # it is open elsewhere, read-only or damaged, or the disk is full
         db.execute("PRAGMA busy_timeout = 0")
         db.execute("PRAGMA journal_mode = DELETE")
     db.close()

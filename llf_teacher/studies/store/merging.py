@@ -10,18 +10,18 @@ from llf_teacher.studies.store.store_lock import lock_store
 
 
 def merge(into: Path, parts: Sequence[Path], progress: Callable[[int, int], object] | None = None) -> int:
-    """Copy several stores of one study into one. If several stores have an episode, that of the first one counts.
+    """Copy several stores of one study into one. If several stores have an episode, the first store counts.
 
     Args:
         into: the target; it is created, or completed after an interrupted merge.
         parts: the stores; they are only read.
-        progress: called with the number of episodes that are done, and the total.
+        progress: called with the number of copied episodes, and the total.
 
     Returns:
         The number of episodes in the target.
 
     Raises:
-        StoreError: a part is no store, is damaged, of another study, or the target; nothing is copied.
+        StoreError: a part is not a store, is damaged, has another study, or is the target; nothing is copied.
     """
     for path in parts:
         if not path.is_file():
@@ -51,7 +51,7 @@ def merge(into: Path, parts: Sequence[Path], progress: Callable[[int, int], obje
 
 
 def _check_same_study(stores: Sequence[Store]) -> None:
-    """Check that the newest definitions of stores are of the same study."""
+    """Check that the newest definitions of stores have the same study."""
     stores = [store for store in stores if "study" in store.manifest()]
     studies = [store.manifest()["study"] for store in stores]
     for store, study in zip(stores, studies, strict=True):
@@ -77,7 +77,7 @@ def _copied(part: Store, whole: Store) -> Iterator[None]:
 
 
 def _spent(stores: Sequence[Store]) -> list[dict[str, Any]]:
-    """What the models of all stores cost, by model."""
+    """The costs of the models of all stores, by model."""
     spent: dict[str, dict[str, Any]] = {}
     for store in stores:
         for row in store.manifest().get("llm", ()):

@@ -1,4 +1,4 @@
-"""Benchmarks: each kind of work runs in its own process, and those that are compared take turns on fresh episodes."""
+"""Benchmarks: each kind of work runs in its own process; compared kinds alternate on fresh episodes."""
 
 from llf_teacher.tools.benchmark.speed import Speed, compare_speed
 from llf_teacher.tools.benchmark.timings import RUNS, forms, imports, seats, simple_families, steps, worlds

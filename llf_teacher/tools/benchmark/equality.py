@@ -47,8 +47,8 @@ def compare(
         teachers: specs of personalities.
         other: a folder with the packages, or a revision of this repository.
         episodes: number of episodes of each environment and teacher.
-        turns: most turns of an episode.
-        progress: called with a line about the work that comes next.
+        turns: greatest number of turns of an episode.
+        progress: called with a line about the next work.
         fast: whether this installation uses the extra `fast`; the other never does.
 
     Raises:

@@ -22,7 +22,7 @@ from llf_teacher.tools.benchmark.player import Script, Times
 
 BLOCKS = 8
 """Number of blocks that are measured."""
-_FIRST = 100_000  # seeds from here on are used by nothing else
+_FIRST = 100_000  # nothing else uses seeds from here on
 
 
 class Call(NamedTuple):
@@ -35,10 +35,10 @@ class Call(NamedTuple):
 
 
 class Player:
-    """A process that plays scripts of one kind; close it after use."""
+    """A process that plays scripts for one kind of work; close it after use."""
 
     def __init__(self, call: Call, tree: Path | None = None) -> None:
-        """Start the process; `tree` is a folder whose packages it imports instead of those that run now."""
+        """Start the process; `tree` is a folder with other packages to import than the running ones."""
         environment = os.environ | {"NUMBA_DISABLE_JIT": str(int(not call.compiled))}
         if tree is not None:
             environment["PYTHONPATH"] = str(tree)
@@ -62,16 +62,16 @@ class Player:
         try:
             pickle.dump((self._call.form, (scripts, *self._call.arguments)), calls)
             calls.flush()
-            return tuple(pickle.load(answers))  # noqa: S301  # of a process of ours
+            return tuple(pickle.load(answers))  # noqa: S301  # from a process of ours
         except (BrokenPipeError, EOFError):
             raise RuntimeError(f"the process that plays {self._call} has ended; see its messages above") from None
 
 
 class Writer:
-    """Writes scripts of one environment, each with a seed that was not used before."""
+    """Writes scripts of one environment, each with an unused seed."""
 
     def __init__(self, id: str, student: str) -> None:
-        """`student` is the spec of the student whose actions are written down."""
+        """`student` is the spec of the student whose actions become the script."""
         policy = parse_student(student)
         self._env = make(id, text=policy.text)
         self._student = policy.seat(self._env.family, self._env.session.world)
@@ -132,10 +132,10 @@ class Ratio(NamedTuple):
 def measure(
     calls: Mapping[str, tuple[Call, Path | None]], scripts: Mapping[str, Sequence[Sequence[Script]]]
 ) -> dict[str, Measured]:
-    """Play blocks of scripts by turns, so that a change of the machine's speed affects all kinds of work.
+    """Play blocks of scripts alternately, so that a change of the machine's speed affects all kinds of work.
 
     Args:
-        calls: by name, the work, and the folder of its packages or None for those that run now.
+        calls: by name, the work, and the folder of its packages or None for the running packages.
         scripts: by the same names, the blocks; the first one is a warm-up and is not counted.
     """
     players: dict[str, Player] = {}
@@ -153,7 +153,7 @@ def measure(
 
 
 Runs = Sequence[Mapping[str, Measured]]
-"""What was measured in each run, by the names of the work."""
+"""The measurements of each run, by the names of the work."""
 
 
 def measure_runs(

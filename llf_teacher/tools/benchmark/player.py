@@ -1,9 +1,9 @@
 """The process that plays episodes for benchmarks and comparisons, and answers with times or with records.
 
 Each environment is made once and reset for each episode. The process can import another installation of these packages
-than its parent, so this module uses only the front door: `llf_teacher.make` and other names of the package itself, and
-what environments and families offer. It reads pickled calls of `FORMS` from standard input, and writes pickled results
-to standard output; its parent is `measuring.Player`.
+than its parent, so this module uses only public names: `llf_teacher.make` and other names of the package itself, and
+the methods of environments and families. It reads pickled calls of `FORMS` from standard input, and writes pickled
+results to standard output; its parent is `measuring.Player`.
 """
 
 import gc
@@ -140,12 +140,12 @@ def study(scripts: Sequence[Script], id: str, spec: str) -> Times:
         results = run(planned, Path(folder) / "study.db", 1)
         cpu, wall = process_time() - started, perf_counter() - begin
         turns = sum(row["turns"] for row in results.rows())
-        del results  # closes the file; `close` is newer than some installations
+        del results  # closes the file; older installations have no `close`
     return Times([wall / turns] * turns, [0.0], cpu, peak())
 
 
 def record(scripts: Sequence[Script], id: str, personality: str) -> tuple[list[str], ...]:
-    """All that the student's environment returns, as a text for the reset and for each step, floats to the last bit."""
+    """All results of the student's environment, as a text for the reset and for each step, floats to the last bit."""
     import llf_teacher
 
     types = sorted(llf_teacher.supported_types(id)[0])
@@ -156,7 +156,7 @@ def record(scripts: Sequence[Script], id: str, personality: str) -> tuple[list[s
 
 
 def rows(scripts: Sequence[Script], make: bytes, number: int, steps: int) -> tuple[float]:
-    """The rate of an environment in arrays, which the pickled `make` makes of a number of rows."""
+    """The rate of an environment in arrays; the pickled `make` makes it for a number of rows."""
     return (rate(_made(make, number), steps),)
 
 
@@ -183,7 +183,7 @@ def rate(env: Any, steps: int) -> float:
 
 
 def resident(scripts: Sequence[Script], make: bytes, number: int, steps: int) -> tuple[float]:
-    """What each of so many rows adds to the peak memory of this process, in kB."""
+    """The peak memory of this process per row, for a number of rows, in kB."""
     peaks = []
     for count in (1, number):
         env = _made(make, count)

@@ -1,4 +1,4 @@
-"""Compare the speed of this installation with another: both play the same fresh episodes by turns, in one run."""
+"""Compare the speed of this installation with another: both play the same fresh episodes alternately, in one run."""
 
 import shutil
 import subprocess
@@ -15,7 +15,7 @@ from llf_teacher.tools.benchmark.timings import STUDENTS, Progress, blocks_of, s
 from pz_envs.family import Family
 
 ALLOWED = 1.25
-"""Ratio of times; work is slower if its interval lies above this."""
+"""Greatest accepted ratio of times; work is slower if the interval lies above it."""
 
 
 class Speed(NamedTuple):
@@ -33,7 +33,7 @@ class Speed(NamedTuple):
 
 
 def _work(id: str, student: str, everything: bool) -> dict[str, Call]:
-    """The kinds of work that are compared, by name."""
+    """The compared kinds of work, by name."""
     steps = {"all feedback": Call("student", (id, "a")), "no feedback": Call("student", (id, "n"))}
     others = {
         "raw_env": Call("seats", (id, "raw_env")),
@@ -48,12 +48,12 @@ def compare_speed(
 ) -> Iterator[Speed]:
     """Compare steps with and without feedback, here and in another installation.
 
-    Work that is slower is measured once more in new processes, because two processes of the same code can differ.
+    Slower work is measured once more in new processes, because two processes of the same code can differ.
 
     Args:
-        families: the first environment of each is played, with random actions and with advised ones.
+        families: the first environment of each plays, with random actions and with advised ones.
         other: a folder with the packages, or a revision of this repository.
-        progress: called with the name of the work that comes next.
+        progress: called with the name of the next work.
         everything: whether to compare `raw_env`, `TeacherEnv` and a study, too.
 
     Raises:

@@ -1,4 +1,4 @@
-"""The tables of `llf dev benchmark`: in each row fresh work and what it is compared with, measured in the same runs.
+"""The tables of `llf dev benchmark`: each row compares fresh work with a reference, measured in the same runs.
 
 A figure is the median of the runs, with the lowest and the highest in brackets where it is a mean CPU time or a ratio.
 """
@@ -33,7 +33,7 @@ _TIMES = "CPU us", "wall us", "median", "99 %"
 RUNS = 5
 """Number of runs of a table."""
 Progress = Callable[[str], None]
-"""Called with the name of the work that comes next."""
+"""Called with the name of the next work."""
 
 
 def steps_of(family: Family, most: int = _STEPS) -> int:
@@ -60,7 +60,7 @@ def _tries(steps: int) -> list[list[Script]]:
 def steps(families: Sequence[Family], progress: Progress, runs: int = RUNS) -> Table:
     """Steps of `make(...)` with all feedback and with none, beside FrozenLake's; ratios are of CPU time.
 
-    `teaching` is the share of a step that goes into feedback. `fast` is the ratio of a step with all feedback and the
+    `teaching` is the share of feedback in the time of a step. `fast` is the ratio of a step with all feedback and the
     extra `fast`; it is empty if numba is not installed or the family has nothing to compile.
     """
     table = _table(
@@ -230,7 +230,7 @@ def _ratio(found: Runs, name: str, other: str, form: str = "{:.2f}") -> str:
 
 
 def _teaching(found: Runs) -> str:
-    """The share of a step that goes into feedback."""
+    """The share of feedback in the time of a step."""
     return f"{median(1 - each['none'].cpu / each['all'].cpu for each in found):.0%}"
 
 

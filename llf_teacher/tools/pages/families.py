@@ -1,4 +1,4 @@
-"""The page of a family: what it is, its pictures, spaces, rewards and options, and every claim with an example."""
+"""The page of a family: its task, pictures, spaces, rewards and options, and every claim with an example."""
 
 import inspect
 import re

@@ -41,7 +41,7 @@ LESSONS = {
     "worked_example(n=3)": "Shows the next moves at once",
     "retry_only": "Says nothing but: try again",
 }
-"""Personalities that are filmed in the same lesson, with what they do."""
+"""Personalities to film in the same lesson, with a description."""
 
 
 class _Reply(NamedTuple):
@@ -96,7 +96,7 @@ def _difference(spec: str) -> str:
     """A few turns of an episode, from the first turn in which a personality differs from the oracle.
 
     Raises:
-        ValueError: there is no such turn in the episodes that are tried.
+        ValueError: the tried episodes have no such turn.
     """
     for family, seed in product((each for each in _quick_families() if each.serves(spec)), _SEEDS):
         turns = list(zip(_episode(family, "oracle", seed), _episode(family, spec, seed), strict=True))
@@ -119,7 +119,7 @@ def _difference(spec: str) -> str:
 
 
 def _quick_families() -> list[Family]:
-    """Those that are installed and whose worlds are quick, in the order in which they show personalities."""
+    """The installed families with quick worlds, the clearest examples of personalities first."""
     return sorted((each for each in own_families() if not each.slow and not each.missing()), key=_order)
 
 

@@ -1,7 +1,7 @@
-"""Files that begin a family, a personality, a student or a trait, of the templates beside this module.
+"""First files of a new family, personality, student or trait, from the templates beside this module.
 
-A template is at the path, below its kind, where its file will be; `NAME` in the path and `$name` and `$Name` in the
-text stand for the name, `$id` for that in ids.
+A template has, below its kind, the path of its file; `NAME` in the path and `$name` and `$Name` in the text stand for
+the name, `$id` for the name in ids.
 """
 
 import keyword
@@ -17,16 +17,16 @@ _SUFFIX = ".txt"
 
 
 def write(kind: str, name: str, folder: Path) -> list[Path]:
-    """Write the files of a new family, personality, student or trait; those written.
+    """Write the files of a new family, personality, student or trait; returns their paths.
 
     Args:
         kind: one of `KINDS`.
-        name: of the modules; the classes have it in camel case.
+        name: the name of the modules; the classes have it in camel case.
         folder: a clone of the repository.
 
     Raises:
-        ValueError: the kind or the name is not allowed, or the folder is no clone.
-        FileExistsError: a file, or a package of its name, is there; nothing is written.
+        ValueError: the kind or the name is not allowed, or the folder is not a clone.
+        FileExistsError: a file, or a package of its name, exists; nothing is written.
     """
     if kind not in KINDS:
         raise ValueError(unknown("kind", kind, KINDS))
@@ -41,16 +41,16 @@ def write(kind: str, name: str, folder: Path) -> list[Path]:
     }
     for path in files:
         if not path.parent.is_dir():
-            raise ValueError(f"{path.parent} is no folder; run it in a clone of the repository, or give its --folder")
+            raise ValueError(f"{path.parent} is not a folder; run it in a clone of the repository, or give --folder")
         if taken := [each for each in (path, path.with_suffix("")) if each.exists()]:
-            raise FileExistsError(f"{taken[0]} is there already, and nothing was written; choose another name")
+            raise FileExistsError(f"{taken[0]} exists already, and nothing was written; choose another name")
     for path, text in files.items():
         path.write_text(text, encoding="utf-8")
     return list(files)
 
 
 def id_of(name: str) -> str:
-    """The name as ids have it."""
+    """The name in the form of ids."""
     return name.replace("_", "-")
 
 

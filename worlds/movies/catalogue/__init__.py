@@ -50,7 +50,7 @@ GENRES = (
 CERTIFICATES = ("G", "PG", "PG-13", "R", "NC-17", "TV-Y", "TV-Y7", "TV-G", "TV-PG", "TV-14", "TV-MA")
 """The age ratings of films (MPA) and of series (TV Parental Guidelines) in the United States."""
 PERIODS = ((1980, 1989), (1990, 1999), (2000, 2009), (2010, 9999))
-"""First and last year of each period: the 80s, the 90s, the 2000s, and the years since."""
+"""First and last year of each period: the 80s, the 90s, the 2000s, and all later years."""
 AGES = (
     ("G", "TV-Y", "TV-Y7", "TV-G"),
     ("G", "PG", "TV-Y", "TV-Y7", "TV-G", "TV-PG"),

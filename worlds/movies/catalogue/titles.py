@@ -30,7 +30,7 @@ _ASCII_WORDS = {i: None if i in _DROPPED else chr(i) if chr(i).isalnum() else " 
 _DOUBLED = re.compile(r"(.)\1")
 _SHORTEST = 6  # least length of a word in which a typo is accepted, and of a title for `near`
 _LONGER = re.compile(rf"\S{{{_SHORTEST},}}")
-_LONG = 12  # length of a title from which on `near` accepts two typos
+_LONG = 12  # least length of a title in which `near` accepts two typos
 
 
 @lru_cache(maxsize=32_768)

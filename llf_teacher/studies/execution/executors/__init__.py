@@ -1,7 +1,7 @@
 """Executors: engines that play episodes in parallel, one module each, found by its name.
 
 An engine does not depend on studies: it calls a function on tasks, in its own processes, and returns the results. The
-runner does not depend on engines: `start` gives one, which has the methods of `Executor`.
+runner does not depend on engines: `start` returns an `Executor`.
 """
 
 import os
@@ -20,19 +20,19 @@ AHEAD = 3
 NAMES = tuple(sorted({module.name for module in pkgutil.iter_modules(__path__)} - {"batches"}))
 """Names of all executors."""
 HERE = frozenset({"here", "threads"})
-"""Executors that play in this process, where definitions of a notebook or a program are available."""
+"""Executors that play in this process, so that definitions in a notebook or a program are available."""
 
 SPOILED = 77
-"""Exit status of a process that an earlier task has spoiled; its task is played by another process."""
+"""Exit status of a process that an earlier task has spoiled; another process plays its task."""
 
 
 class Work(NamedTuple, Generic[T, R]):
-    """What an engine does in each of its processes. All fields must be picklable."""
+    """The work of an engine in each of its processes. All fields must be picklable."""
 
     begin: Callable[[], object]
     """Called first, once per process."""
     call: Callable[[T], R]
-    """Called with each task; it raises nothing."""
+    """Called with each task; must not raise."""
     tasks: int
     """Number of tasks."""
     seconds: float | None = None
@@ -67,7 +67,7 @@ class Executor(Protocol[T, R]):
 
     @property
     def room(self) -> int:
-        """Number of tasks that should be in progress to keep all workers busy."""
+        """Number of tasks in progress that keeps all workers busy."""
 
     def submit(self, task: T) -> None:
         """Take a task."""
@@ -76,7 +76,7 @@ class Executor(Protocol[T, R]):
         """Results since the last call; waits at most `seconds` for the first. None: the task was dropped."""
 
     def cancel(self) -> list[T]:
-        """Drop the tasks that have not begun, or all if that is unknown.
+        """Drop the tasks that have not begun, or all tasks if that is unknown.
 
         Returns:
             The dropped tasks, except those that `wait` will return.
@@ -92,7 +92,7 @@ class Executor(Protocol[T, R]):
 
 
 class ExecutorError(RuntimeError):
-    """An engine cannot work, for a reason other than a task."""
+    """An engine cannot work, for a reason apart from its tasks."""
 
 
 def start(name: str, work: Work[T, R], workers: int | None = None, address: str | None = None) -> Executor[T, R]:
@@ -100,12 +100,12 @@ def start(name: str, work: Work[T, R], workers: int | None = None, address: str 
 
     Args:
         name: one of `NAMES`.
-        work: what it does.
-        workers: greatest number of tasks that it plays at once; None: one per core.
-        address: of the cluster, for executors that have one.
+        work: the work.
+        workers: greatest number of tasks at once; None: one per core.
+        address: the address of the cluster, for executors with a cluster.
 
     Raises:
-        ValueError: an unknown name, or arguments that it does not take.
+        ValueError: an unknown name, or an argument that the executor does not take.
         ModuleNotFoundError: it needs a package that is not installed; the message says which.
     """
     if name not in NAMES:

@@ -12,13 +12,13 @@ from typing import Generic, Self
 
 from llf_teacher.studies.execution.executors import Executor, Lost, Process, R, T, Work
 
-_SECONDS = 1.0  # that a batch should take
-_MOST = 32  # tasks in a batch
+_SECONDS = 1.0  # desired duration of a batch
+_MOST = 32  # greatest number of tasks in a batch
 _NEWS = 0.3  # weight of the last batch in the mean time of a task
 
 Batch = tuple[T, ...]
 BatchResult = tuple[list[R], float]
-"""The results of a batch, up to a task that spoiled the process, and the seconds that they took."""
+"""The results of a batch, up to a task that spoiled the process, and their duration in seconds."""
 
 
 def _each(call: Callable[[T], R], tasks: Batch[T]) -> BatchResult[R]:

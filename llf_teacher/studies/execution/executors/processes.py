@@ -71,7 +71,7 @@ def _check_guard() -> None:
     while frame and not (frame.f_globals is vars(main) and frame.f_code.co_name == "<module>"):
         frame = frame.f_back
     if frame is None or frame.f_code.co_filename != getattr(main, "__file__", None):
-        return  # a function that the script calls elsewhere, a notebook, or `python -c`
+        return  # called by a function elsewhere, in a notebook, or with `python -c`
     with tokenize.open(frame.f_code.co_filename) as file:
         statements = ast.parse(file.read()).body
     called = [each for each in statements if each.lineno <= frame.f_lineno <= (each.end_lineno or each.lineno)]
@@ -132,12 +132,12 @@ class _Processes(Generic[T, R]):
             self.submit(task)
 
     def cancel(self) -> list[T]:
-        """Have the processes drop tasks; a future's `cancel` could interrupt one that has begun."""
+        """Have the processes drop tasks; a future's `cancel` could interrupt a running one."""
         self._over.set()
         return []
 
     def _end(self) -> None:
-        self._pool.stop()  # type: ignore[no-untyped-call]  # the package has types but for a few
+        self._pool.stop()  # type: ignore[no-untyped-call]  # some of the package's functions have no types
         for process in self._context.processes:
             if process.is_alive():  # pool.stop would do it one by one, after seconds each
                 process.kill()
@@ -162,7 +162,7 @@ def _unless_over(call: Callable[[T], R], task: T) -> R | None:
 
 
 def _begin(begin: Callable[[], object], over: Event) -> None:
-    """Set up a worker, which ends with its parent, even if that is killed."""
+    """Set up a worker, which ends with its parent, even if the parent is killed."""
     global _over
     _over = over
     Process.owned = True
@@ -178,7 +178,7 @@ def _begin(begin: Callable[[], object], over: Event) -> None:
 
 
 def _how(code: int) -> str:
-    """How a process ended, as text."""
+    """The end of a process, as text."""
     if code < 0:
         try:
             return f"its process was ended by {signal.Signals(-code).name}"

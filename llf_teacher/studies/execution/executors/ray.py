@@ -17,8 +17,8 @@ try:
 except ModuleNotFoundError as missing:
     raise ModuleNotFoundError(f"the executor 'ray' needs Ray; run: {pip_install('ray')}") from missing
 
-_RETRIES = 3  # times that a task is played again after its process or node was lost
-_ANSWER = 15.0  # seconds within which a cluster must answer
+_RETRIES = 3  # how often a task is played again after the loss of its process or node
+_ANSWER = 15.0  # greatest number of seconds for a cluster's answer
 
 
 def _call(work: Work[T, R], task: T) -> R:
@@ -41,7 +41,7 @@ def _reach(address: str) -> None:
         ConnectionError: nothing answers.
     """
     if not (at := re.fullmatch(r"(?:ray://)?\[?(.+?)\]?:(\d+)", address)):
-        return  # `auto`, or what Ray refuses at once
+        return  # `auto`, or an address that Ray refuses at once
     try:
         with socket.create_connection((at[1], int(at[2])), _ANSWER):
             pass
@@ -62,7 +62,7 @@ class _Ray(Generic[T, R]):
             local = {} if address is not None else {"num_cpus": workers, "include_dashboard": False}
             before = signal.getsignal(signal.SIGTERM)
             ray.init(address=address or "local", log_to_driver=False, **local)
-            signal.signal(signal.SIGTERM, before)  # which Ray has replaced
+            signal.signal(signal.SIGTERM, before)  # Ray has replaced it
         cores = int(ray.cluster_resources().get("CPU", 1))
         self.room = max(1, min(cores if workers is None else workers, work.tasks)) * AHEAD
         self._work = ray.put(work)

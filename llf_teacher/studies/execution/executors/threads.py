@@ -12,7 +12,7 @@ from typing import Generic, Self
 
 from llf_teacher.studies.execution.executors import AHEAD, Executor, Lost, R, T, Work
 
-_MANY = 64  # by default
+_MANY = 64  # default number of threads
 
 
 class _Threads(Generic[T, R]):
@@ -53,7 +53,7 @@ class _Threads(Generic[T, R]):
     def __enter__(self) -> Self:
         self._environment = dict(os.environ)
         self._work.begin()
-        for number in range(self._workers):  # daemons, which may wait for a network at the end
+        for number in range(self._workers):  # daemons, since they may wait for a network at the end
             threading.Thread(target=self._play, name=f"llf-player-{number}", daemon=True).start()
         return self
 

@@ -17,24 +17,24 @@ from teachers.atoms import KINDS, Label
 
 
 class OwnWords(NamedTuple):
-    """What was read of a teacher's sentences in its own words."""
+    """The readings of a teacher's sentences in its own words."""
 
     sentences: int
-    """Number of all of them."""
+    """Number of all sentences."""
     read: float
-    """Share of those that were read and whose claim was checked."""
+    """Share of the sentences that were read and whose claim was checked."""
     exact: int
-    """Number of those that are word for word a phrase."""
+    """Number of sentences that are word for word a phrase."""
     false: int
     """Number of these that are false."""
     model: int
-    """Number of those that a model read."""
+    """Number of sentences read by a model."""
     model_false: int
     """Number of these that are false."""
 
 
 class FalseSentence(NamedTuple):
-    """A sentence that was read and is false."""
+    """A false sentence, as read."""
 
     id: str
     seed: int
@@ -45,11 +45,11 @@ class FalseSentence(NamedTuple):
 
 
 class Account(NamedTuple):
-    """Counts of what a teacher said, over all episodes under one instruction type and feedback type."""
+    """Counts of a teacher's claims and words, over all episodes under one instruction type and feedback type."""
 
     teacher: str
     per_turn: dict[str, float]
-    """Claims per turn of the student, by kind, those of the opening included."""
+    """Claims per turn of the student, by kind, also at the opening."""
     labels: dict[str, float]
     """Share of the claims by label; empty without claims."""
     unchecked: float | None
@@ -57,16 +57,16 @@ class Account(NamedTuple):
     changes: int
     """Sentences in which a rewriting voice changed numbers or names."""
     uptake: float | None
-    """Share of the turns after advice in which a student that teachers can reach took an advised action; None without
+    """Share of the turns after advice with an advised action, for students that teachers can reach; None without
     advice.
     """
     words: float
     """Words of feedback per turn of the student."""
     parse_failures: int
-    """Number of answers that were no action."""
+    """Number of answers that were not actions."""
     turns: int
     own: OwnWords | None
-    """None if nothing was said, or read, in its own words."""
+    """None if it said nothing in its own words, or nothing was read."""
 
 
 def accounts(data: Data, instruction_type: str, feedback_type: str) -> Iterator[Account]:

@@ -18,9 +18,9 @@ class Transcript(NamedTuple):
     """An episode with its turns."""
 
     episode: sqlite3.Row
-    """As `Store.episode` gives it."""
+    """The result of `Store.episode`."""
     turns: list[dict[str, Any]]
-    """As `prepare_turns` gives them."""
+    """The result of `prepare_turns`."""
 
 
 def transcript(store: Store, spec: EpisodeSpec) -> Transcript:

@@ -1,7 +1,7 @@
-"""The findings of a study: its primary test, the largest surprise that it supports, and what is still needed.
+"""The findings of a study: its primary test, the largest significant surprise, and the seeds that are still needed.
 
-A difference is a surprise if it contradicts what the teachers say. The better teacher should be that with more claims
-that are true and in time, less those that are distorted; two teachers that are alike in this should not differ.
+A difference is a surprise if it contradicts the accounts of the teachers: the teacher with the greater share of true,
+timely claims minus distorted ones should be better, and teachers with equal shares should not differ.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,7 +16,7 @@ from llf_teacher.studies.report.section import share
 from teachers.atoms import Label
 from teachers.words import type_words
 
-_ALIKE = 0.1  # shares of claims that differ by less let expect no difference
+_ALIKE = 0.1  # with a smaller difference of shares no effect is expected
 
 
 class ClaimShares(NamedTuple):
@@ -25,16 +25,16 @@ class ClaimShares(NamedTuple):
     truthful: float
     """True and in time."""
     distorted: float
-    """Not confirmed by the simulator."""
+    """Not true in the simulator."""
 
     @property
     def worth(self) -> float:
-        """What the student may expect of a claim, -1 to 1."""
+        """The expected value of a claim, -1 to 1."""
         return self.truthful - self.distorted
 
 
 class Surprise(NamedTuple):
-    """A significant comparison that contradicts what the teachers say."""
+    """A significant comparison that contradicts the shares of claims."""
 
     found: Primary
     teacher: ClaimShares
@@ -42,19 +42,19 @@ class Surprise(NamedTuple):
 
 
 class Needed(NamedTuple):
-    """The seeds that comparisons need beside those that are there, for a power of 80 % at the observed scores."""
+    """The additional seeds that comparisons need for a power of 80 % at the observed scores."""
 
     open: int
     """Number of comparisons that are not significant."""
     nearest: Primary
-    """The one that needs fewest."""
+    """The comparison that needs the fewest seeds."""
     fewest: int
     all: int
     """Seeds for every open comparison with an observed difference."""
 
 
 class Tally(NamedTuple):
-    """Number of primary comparisons, and of those that are significant."""
+    """Number of primary comparisons, and of significant ones."""
 
     all: int
     better: int
@@ -101,7 +101,7 @@ def _tally(primary: Sequence[Primary], significant: Sequence[Primary]) -> Tally:
 
 
 def said(data: Data, teacher: str, like: Primary) -> ClaimShares:
-    """What a teacher said to the student of a comparison."""
+    """The account of a teacher's claims to the student of a comparison."""
     mine = [
         each
         for setting, each in data.sums.items()
@@ -113,7 +113,7 @@ def said(data: Data, teacher: str, like: Primary) -> ClaimShares:
 
 
 def _surprise(data: Data, significant: Sequence[Primary]) -> Surprise | None:
-    """The largest one."""
+    """The largest surprise."""
     found = []
     for each in significant:
         one, other = said(data, each.compared.teacher, each), said(data, data.study.baseline, each)

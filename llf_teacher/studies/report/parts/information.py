@@ -1,4 +1,4 @@
-"""How much teachers said, in bits, and which regret that saved, by family."""
+"""The information of teachers' claims in bits, and the regret that it saved, by family."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
@@ -18,19 +18,19 @@ Numbers = NDArray[np.float64]
 
 
 class Informed(NamedTuple):
-    """How much a teacher said in a family, over the seeds at which each of its settings was measured."""
+    """The information of a teacher's claims in a family, over the seeds at which each of its settings was measured."""
 
     teacher: str
     claims: int
-    """Number of claims that were measured."""
+    """Number of measured claims."""
     unmeasured: int
-    """Number of the others: too few worlds were found."""
+    """Number of claims without a measurement: too few worlds were found."""
     at_least: int
-    """Number of claims that were true in none of the worlds."""
+    """Number of claims that were false in all worlds."""
     per_turn: Estimate | None
     """Bits in a turn of the student; None without turns, and likewise below."""
     kinds: dict[str, float]
-    """The same by kind."""
+    """Bits in a turn of the student, by kind."""
     per_word: Estimate | None
     """Bits in a word."""
     saved: Estimate | None
@@ -38,7 +38,7 @@ class Informed(NamedTuple):
 
 
 class _Group(NamedTuple):
-    """A table: what was said in a family under one instruction type and feedback type."""
+    """A table of the information in a family under one instruction type and feedback type."""
 
     family: str
     instruction_type: str

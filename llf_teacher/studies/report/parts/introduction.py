@@ -1,4 +1,4 @@
-"""What is studied, and how much of it has been played."""
+"""The subject of the study, and the share of it that was played."""
 
 from collections.abc import Mapping
 from typing import Any

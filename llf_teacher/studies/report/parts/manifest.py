@@ -1,4 +1,4 @@
-"""What is needed to repeat the study."""
+"""The facts for repeating the study."""
 
 import hashlib
 from collections.abc import Iterator, Mapping
@@ -17,7 +17,7 @@ def _values(data: Data) -> Mapping[str, Any]:
 def _revisions(data: Data) -> Iterator[tuple[int, str, Revision]]:
     """Each revision with episodes: its number, what differs from this study and the last software, its episodes.
 
-    Without one if there is nothing but episodes of one definition that this report shows.
+    None if all episodes have one definition, which this report shows.
     """
     definitions, newest = data.store.definitions(), data.manifest.get("versions", {})
     if len(data.revisions) == 1 and all(each.shown == each.there for each in data.revisions.values()):

@@ -1,4 +1,4 @@
-"""Whose the gain is: students and teachers crossed, beside the control `retry_only`."""
+"""Students and teachers crossed: their shares of the gain over the control `retry_only`."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
@@ -12,7 +12,7 @@ from llf_teacher.studies.report.plots import Pane, panel_plot
 
 
 class Verdicts(NamedTuple):
-    """Numbers of tables, by whose share of the variance of gains is greater, and with an interval that excludes 0."""
+    """Numbers of tables by the greater share of the variance of gains, also with intervals that exclude 0."""
 
     all: int
     students: int
@@ -22,7 +22,7 @@ class Verdicts(NamedTuple):
 
 
 def verdicts(found: Sequence[Matrix]) -> Verdicts:
-    """Count the tables whose gains are not all equal."""
+    """Count the tables with unequal gains."""
     leads = [(each.split.students - each.split.teachers, each.lead) for each in found if each.split]
     return Verdicts(
         len(leads),

@@ -1,4 +1,4 @@
-"""Answers of language models: those that were no actions, cut ones, tokens, costs, latency."""
+"""Answers of language models: answers that were not actions, cut answers, tokens, costs, latency."""
 
 from collections.abc import Mapping
 from typing import Any

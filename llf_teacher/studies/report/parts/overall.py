@@ -1,4 +1,4 @@
-"""The regret that each teacher saves over all families, by estimators for many tasks."""
+"""The regret that each teacher saves over all families, with estimators for many tasks."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -20,7 +20,7 @@ def _typed(found: Sequence[Overall]) -> bool:
 
 
 def _plot(data: Data, found: Sequence[Overall]) -> Plot:
-    """A line per teacher; of many, those with the greatest interquartile means and that with the least are named."""
+    """A line per teacher; of many, those with the greatest interquartile means and the least one have names."""
     ranked = sorted(found, key=lambda each: -each.middle.mean)
     drawn = ranked if len(ranked) <= MOST else [*ranked[: MOST - 1], ranked[-1], *ranked[MOST - 1 : -1]]
     typed = _typed(found)

@@ -1,4 +1,4 @@
-"""How soon problems are solved, and what a teacher's words add to another try."""
+"""How soon problems are solved, and the gain by a teacher's words over mere repetition."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
