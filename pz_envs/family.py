@@ -79,8 +79,6 @@ class Family(Subject):
     """Whether success ends no episode: the family is a one-step problem without state, asked repeatedly."""
     slow: bool = False
     """Whether the simulator is slow; tests and tables then play fewer episodes."""
-    compiled: bool = False
-    """Whether the extra `fast` compiles functions of its teacher."""
     sampled: tuple[str, ...] = ()
     """The environments that have golden transcripts and are in the default tests; empty: all."""
     rules: int = 1

@@ -217,8 +217,10 @@ class Claim(Generic[TruthT, WorldT]):
             TypeError: a field holds one.
         """
         for name in self.__dataclass_fields__:  # type: ignore[attr-defined]  # a dataclass
-            value = getattr(self, name)
-            if type(value).__module__ == "numpy" or (type(value) is tuple and _has_numpy(value)):
+            kind = type(value := getattr(self, name))
+            if kind in _PLAIN:
+                continue
+            if kind.__module__ == "numpy" or (kind is tuple and _has_numpy(value)):
                 raise TypeError(
                     f"the field {name!r} of the claim {type(self).__name__} holds {value!r}; "
                     f"allowed: numbers of Python's own; convert it, as in x.item() or tuple(x.tolist())"

@@ -18,6 +18,7 @@ ABILITIES = ("values", "importance", "plan", "regret", "hindsight", "advice", "h
 """Abilities that an oracle may have and a personality may need; see `Oracle.abilities`."""
 
 _reward = fast_constructor(Reward)
+_KEPT = 32  # claims about rewards
 
 
 class RefusalError(TypeError):
@@ -46,10 +47,9 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
     tier: ClassVar[str] = ""
     """The tier of the planner, such as `exact` (see `teachers.planning`); empty without a planner."""
 
-    _rewarded = _reward(0.0)  # said last, and again while rewards do not change
-
     def __init__(self, scratch: Callable[[], WorldT]) -> None:
         self._scratch = scratch
+        self._rewards: dict[float, Reward] = {}
 
     @cached_property
     def lab(self) -> WorldT:
@@ -115,13 +115,19 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
         claims: list[Claim] = []
         if moment.before is not None:
             if R in kinds:
-                if self._rewarded.reward != moment.reward:
-                    self._rewarded = _reward(moment.reward + 0.0)  # never -0.0
-                claims.append(self._rewarded)
+                reward = moment.reward + 0.0  # never -0.0
+                claims.append(self._rewards.get(reward) or self._rewarded(reward))
             self._hindsight(claims, moment, kinds)
         if not moment.over:
             self._advice(claims, moment, kinds)
         return tuple(claims)
+
+    def _rewarded(self, reward: float) -> Reward:
+        """The claim about a reward, which is kept, since many worlds pay few different ones."""
+        if len(self._rewards) >= _KEPT:
+            self._rewards.clear()
+        claim = self._rewards[reward] = _reward(reward)
+        return claim
 
     @abstractmethod
     def _basics(self, truth: TruthT) -> tuple[Claim, ...]:

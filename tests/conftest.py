@@ -12,7 +12,6 @@ from hypothesis import HealthCheck, settings
 import llf_teacher
 
 os.environ.pop("ALFWORLD_DATA", None)  # so that games are generated, here and in other processes
-os.environ["NUMBA_DISABLE_JIT"] = "1"  # what runs without the extra `fast` is tested; test_compiled.py tests the rest
 
 _patient = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # other work may slow a machine
 settings.register_profile("new", _patient)  # pytest --hypothesis-profile=new: other examples and draws each time

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,6 +30,8 @@ WALL_X, WALL_Y = 34.5, 20.5
 _HALF = LENGTH / 2
 _SPOTS = 28  # in two rows
 _MARGIN = 0.1  # m; objects farther apart than this do not touch
+_CORNER = math.hypot(LENGTH, WIDTH) / 2
+_OPEN_X, _OPEN_Y = WALL_X - _CORNER, WALL_Y - _CORNER  # no wall is near inside
 _FAILURE = -1.0
 _START = (0.0, 0.0)
 
@@ -231,6 +234,20 @@ def _place(car: Vehicle, state: Car) -> None:
     car.impact = None if impact is None else np.array(impact)
 
 
+@lru_cache(maxsize=64)
+def _slip(wheel: float) -> tuple[float, float]:
+    """The slip angle of a car with its wheel at this angle, and its sine."""
+    slip = np.arctan(1 / 2 * np.tan(wheel))
+    return float(slip), float(np.sin(slip))
+
+
+@lru_cache(maxsize=64)
+def _spot_seen(x: float, y: float, heading: float) -> npt.NDArray[np.float64]:
+    """What is observed of a spot."""
+    seen: npt.NDArray[np.float64] = np.array([x, y, 0.0, 0.0, np.cos(heading), np.sin(heading)]) / _SCALES
+    return seen
+
+
 class _Car(Vehicle):
     """highway-env's car without a lane."""
 
@@ -242,10 +259,10 @@ class _Car(Vehicle):
     def step(self, dt: float) -> None:
         """As in highway-env, without the update of the lane."""
         self.clip_actions()
-        slip = np.arctan(1 / 2 * np.tan(self.action["steering"]))
-        (x, y), course, gain = self.position, self.heading + slip, self.action["acceleration"] * dt
+        slip, sine = _slip(self.action["steering"])
+        (x, y), course, gain = self.position.tolist(), self.heading + slip, self.action["acceleration"] * dt
         x, y, self.heading, self.speed = step_car(
-            x, y, self.heading, self.speed, np.cos(course), np.sin(course), float(np.sin(slip)), gain
+            x, y, self.heading, self.speed, float(np.cos(course)), float(np.sin(course)), sine, gain
         )
         self.position = np.array([x, y])
         if self.impact is not None:
@@ -262,8 +279,8 @@ class _Observation(KinematicsGoalObservation):
         if car is None:  # during construction
             return {name: np.zeros(len(_FEATURES)) for name in _PARTS}
         goal, speed, cos, sin = car.goal, car.speed, np.cos(car.heading), np.sin(car.heading)
-        seen = np.array([*car.position, speed * cos, speed * sin, cos, sin]) / self.scales
-        wanted = np.array([*goal.position, 0.0, 0.0, np.cos(goal.heading), np.sin(goal.heading)]) / self.scales
+        seen = np.array([*car.position.tolist(), speed * cos, speed * sin, cos, sin]) / _SCALES
+        wanted = _spot_seen(*goal.position.tolist(), goal.heading).copy()
         return dict(zip(_PARTS, (seen, seen.copy(), wanted), strict=True))
 
 
@@ -362,8 +379,12 @@ class _Lot(ParkingEnv):
     def _pairs(self) -> Iterator[tuple[Vehicle, RoadObject]]:
         """The pairs that may collide, in highway-env's order; to check all pairs doubles the time of a turn."""
         (car, *parked), (goal, *walls) = self.road.vehicles, self.road.objects
-        x, y = car.position.tolist()
+        (x, y), (goal_x, goal_y) = car.position.tolist(), goal.position.tolist()
         drift = abs(car.speed) * self._dt + _MARGIN
+        near = drift + (car.diagonal + goal.diagonal) / 2
+        by_goal = not goal.hit and abs(goal_x - x) < near and abs(goal_y - y) < near  # to be hit is all that happens
+        if not parked and not by_goal and abs(x) + drift < _OPEN_X and abs(y) + drift < _OPEN_Y:
+            return
         cos, sin = abs(math.cos(car.heading)), abs(math.sin(car.heading))
         # Half of the car's extent along each axis, now and in the next step.
         width = drift + (cos * LENGTH + sin * WIDTH) / 2
@@ -372,7 +393,7 @@ class _Lot(ParkingEnv):
             dx, dy = abs(other.position - car.position).tolist()
             if (dx < width + WIDTH / 2 and dy < height + LENGTH / 2) or not _at_rest(other):
                 yield car, other
-        if not goal.hit:  # a collision with the spot has no other effect
+        if by_goal:
             yield car, goal
         beyond = (height - y - WALL_Y, height + y - WALL_Y, width - x - WALL_X, width + x - WALL_X)
         for wall, far in zip(walls, beyond, strict=True):

@@ -125,7 +125,7 @@ class Poem(World[Truth, int, str]):
 
     def legal(self, action: Any) -> str:
         """The poem as a plain string."""
-        if not self.action_space.contains(action) or _CONTROL(action):
+        if not isinstance(action, str) or len(action) > MAX_LENGTH or _CONTROL(action):
             raise illegal(action, f"a text of at most {MAX_LENGTH} characters without control characters")
         return str(action)
 

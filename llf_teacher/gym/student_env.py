@@ -51,6 +51,7 @@ class StudentEnv(SeatEnv):
         view = self.student_view
         self._info = self._privileged if self.privileged_info else view.info
         self._numbers = view.numbers is not None
+        self._asks = self.session.ask_cost is not None
         self.action_space = view.action_space
         self.observation_space = view.observation_space
         if not self._numbers:
@@ -90,7 +91,7 @@ class StudentEnv(SeatEnv):
         if not self._running:
             self._check_running()
         session = self.session
-        reward = self.student_view.act(action)
+        reward = self.student_view.act(action) if self._asks else session.act(action).reward
         self._speak()
         self._running = not (session.terminated or session.truncated)
         observation = self.observe()
@@ -133,7 +134,8 @@ class StudentEnv(SeatEnv):
         if self._numbers:
             return view.observe()
         instruction = SILENCE if session.moment.turn or session.asked else session.instruction
-        seen = {"observation": view.state(), "instruction": instruction, "feedback": session.feedback}
+        state = view.state() if view.text else session.state
+        seen = {"observation": state, "instruction": instruction, "feedback": session.feedback}
         return seen | {"image": view.image()} if view.visual else seen
 
     def _privileged(self) -> dict[str, Any]:

@@ -14,7 +14,6 @@ FAMILY = Family(
     max_turns=100,
     rules=2,
     regret_unit="turns lost",
-    compiled=True,
     learning=Trend(),
 )
 env, raw_env, parallel_env = FAMILY.env, FAMILY.raw_env, FAMILY.parallel_env

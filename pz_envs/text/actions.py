@@ -97,6 +97,8 @@ def read_text(action: Any, world: World[Any]) -> Any:
 
 def read_verbatim(action: Any, world: World[Any]) -> Any:
     """A text, unchanged, as the action of a world whose actions are texts; otherwise as `read_text`."""
+    if type(action) is str:
+        return legal_text(action, world)
     said = _checked(action)
     return legal_text(said.text if isinstance(said, SplitReply) else said, world)
 

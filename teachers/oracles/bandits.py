@@ -2,12 +2,26 @@
 
 import math
 from collections.abc import Sequence, Set
+from functools import cache
 from itertools import combinations, islice
 from typing import Annotated, Any
 
 import numpy as np
 
-from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, FeedbackType, Moment, Scope, Verdict, claim, opposed
+from teachers.atoms import (
+    FN,
+    FP,
+    HN,
+    HP,
+    ActionClaim,
+    Claim,
+    FeedbackType,
+    Moment,
+    Scope,
+    Verdict,
+    claim,
+    opposed,
+)
 from teachers.oracle import Oracle
 from teachers.rules import TownRule
 from teachers.spec import Range
@@ -329,6 +343,12 @@ def _is_best(truth: Truth, arm: int) -> bool:
     return all(_expected(truth, arm) >= _expected(truth, other) for other in range(len(truth.chances)))
 
 
+@cache
+def _of_arm(cls: type[_Pulled | Avoid], arm: int) -> Claim:
+    """A claim of a class about an arm; there are few, so that each is made once."""
+    return cls(action=arm)
+
+
 _TRIES = 2
 _FEW = 3
 _STEPS = 20  # of what no arm exceeds, in each unit
@@ -359,7 +379,7 @@ class BanditOracle(Oracle[Truth, Bandit]):
         return (Solution(action=self._best[0]),)
 
     def _hindsight(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
-        verdict = (PulledBest if moment.action in self._best else PulledPoor)(action=moment.action)
+        verdict = _of_arm(PulledBest if moment.action in self._best else PulledPoor, moment.action)
         if verdict.kind in kinds:
             claims.append(verdict)
 
@@ -367,7 +387,7 @@ class BanditOracle(Oracle[Truth, Bandit]):
         if FP in kinds:
             claims.append(self._pull)
         if FN in kinds and self._poor:
-            claims.append(Avoid(action=self._poor[moment.turn % len(self._poor)]))
+            claims.append(_of_arm(Avoid, self._poor[moment.turn % len(self._poor)]))
 
     def clues(self, truth: Truth) -> tuple[Claim, ...]:
         """The better half of the arms, a bound of mean rewards, rules of a town, and three arms with the best."""

@@ -181,6 +181,19 @@ def test_all_that_users_call_is_compared(monkeypatch):
     result = CliRunner().invoke(app, ["dev", "benchmark", "--against", "HEAD~1", "--runs", "2"])
     assert result.exit_code == 2
     assert "--runs is for the tables" in result.output
+    result = CliRunner().invoke(app, ["dev", "benchmark", "--limit", "1.1"])
+    assert result.exit_code == 2
+    assert "--limit needs --against" in result.output
+
+
+def test_the_limit_is_given(monkeypatch):
+    monkeypatch.setattr(
+        speed, "measure", lambda calls, scripts: {"here": times(1.15, 1.16, 1.15), "there": times(1, 1, 1)}
+    )
+    monkeypatch.setattr(speed, "blocks_of", lambda id, student, steps: [])
+    for limit, slower in ((1.1, True), (1.2, False)):
+        found = benchmark.compare_speed([family("gridworld")], str(INSTALLED), said, limit=limit)
+        assert {each.slower for each in found} == {slower}
 
 
 def test_a_process_answers():
@@ -258,21 +271,6 @@ def test_the_last_bit_of_a_claim_is_compared(tmp_path):
     assert result.exit_code == 1
     assert "oracle, seed 100001, turn 0" in result.stdout
     assert "TriedPoor" in result.stdout
-
-
-@pytest.mark.full
-def test_the_extra_fast_says_the_same():
-    result = CliRunner().invoke(
-        app, ["dev", "compare", str(INSTALLED), "llf-highway-parking-v0", "--episodes", "40", "--fast"]
-    )
-    assert result.exit_code == 0, result.output
-
-
-def test_the_extra_fast_has_to_be_there(monkeypatch):
-    monkeypatch.setattr("llf_teacher.cli.dev.compare.find_spec", lambda name: None)
-    result = CliRunner().invoke(app, ["dev", "compare", str(INSTALLED), GRID, "--fast"])
-    assert result.exit_code == 2
-    assert "llf-teacher[fast]" in result.output
 
 
 @pytest.mark.full

@@ -25,9 +25,9 @@ from teachers.oracles.parking.claims import (
 )
 from teachers.oracles.parking.driving import solve
 from teachers.oracles.parking.field import MARGIN, gain_of, turns_left
-from teachers.oracles.parking.model import move
+from teachers.oracles.parking.model import GAIN, STEPS, TOLERANCE, WHEEL, Ground, move
 from teachers.testing import Pupil, check_honesty
-from worlds.parking import Car, Parking
+from worlds.parking import Car, Parking, step_car
 
 FAMILY = next(family for family in all_families() if family.oracle == ParkingOracle.__name__)
 
@@ -123,6 +123,21 @@ def test_the_model_is_the_simulator():
             moment = turn(world, action)
             assert moment.after.car[:4] == pytest.approx(car, abs=1e-9)
         assert moment.success
+
+
+def test_the_steps_of_the_model_are_those_of_the_world():
+    """To the last bit, near an obstacle and far from it."""
+    rng = np.random.default_rng(8)
+    for parked in ((), ((0.0, 9.0),)):
+        ground = Ground((28.0, 14.0, 0.0), TOLERANCE, parked, 34.5, 20.5)
+        for _ in range(200):
+            car = tuple(rng.uniform((-9, -3, -4, -4), (9, 3, 4, 4)).tolist())
+            pedal, wheel = rng.integers(-100, 101, 2).tolist()
+            there = car
+            for _ in range(STEPS):
+                course = there[2] + WHEEL[wheel + 100][0]
+                there = step_car(*there, math.cos(course), math.sin(course), WHEEL[wheel + 100][1], GAIN[pedal + 100])
+            assert move(ground, car, pedal, wheel) in (there, None if parked else there)
 
 
 def test_a_way_is_over_when_the_car_is_parked():

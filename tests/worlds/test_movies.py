@@ -263,6 +263,6 @@ def test_a_catalogue_that_is_too_small_is_refused(tmp_path):
 
 def test_an_answer_is_parsed_once(monkeypatch):
     read = []
-    monkeypatch.setattr(answers.json, "loads", lambda text, loads=json.loads: read.append(text) or loads(text))
+    monkeypatch.setattr(answers, "_parsed", lambda text, parsed=answers._parsed: read.append(text) or parsed(text))
     earned(Profile(False), "Twelve Names of the Same River", "The Glimmerfoam Heist")
     assert len(read) == 1

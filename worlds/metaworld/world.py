@@ -186,7 +186,7 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
                 min(max(gain * (to_z - z), -1.0), 1.0),
                 action[3],
             )
-            seen = move(command)
+            seen = move(command, count > 1)
             if watch:
                 watch(command)
             if not truth.solved and solves(seen, command):

@@ -11,12 +11,15 @@ MAX_TITLES = 100
 """Greatest number of titles in an answer."""
 MAX_TITLE = 200
 """Greatest number of characters of a title, a year included."""
+_SPACE = " \t\n\r"  # of JSON
+_quoted = json.encoder.encode_basestring  # the part of `json.dumps` that is needed, in a tenth of its time
+_parsed = json.JSONDecoder().raw_decode  # the same of `json.loads`, in a third of its time
 _FENCE = re.compile(r"```[a-z]*\n(.*)\n```", re.DOTALL)
 
 
 def answer_of(titles: list[str] | tuple[str, ...]) -> str:
     """A list of titles in canonical form."""
-    return json.dumps(titles, ensure_ascii=False)
+    return f"[{', '.join(map(_quoted, titles))}]"
 
 
 def titles_of(answer: str) -> tuple[str, ...]:
@@ -38,12 +41,12 @@ def _read(text: str) -> tuple[str, tuple[str, ...]] | None:
     """The canonical form of an answer, and its titles."""
     text = text.strip()
     if text[:1] == "`" and (fenced := _FENCE.fullmatch(text)):
-        text = fenced[1]
+        text = fenced[1].strip(_SPACE)
     try:
-        entries = json.loads(text)
+        entries, end = _parsed(text)
     except (ValueError, RecursionError):
         return None
-    if not isinstance(entries, list) or len(entries) > MAX_TITLES:
+    if end < len(text) or not isinstance(entries, list) or len(entries) > MAX_TITLES:
         return None
     titles = [title for title in map(_title, entries) if title is not None]
     if len(titles) < len(entries):

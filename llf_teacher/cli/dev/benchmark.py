@@ -25,13 +25,16 @@ def benchmark(
     everything: Annotated[
         bool, typer.Option("--all", help="With --against, compare raw_env, TeacherEnv and a study, too.")
     ] = False,
+    limit: Annotated[
+        float | None, typer.Option(min=1.0, help="With --against, the ratio of times above which work is slower; 1.25.")
+    ] = None,
     batch: Annotated[bool, typer.Option("--batch", help="Only measure lessons in arrays.")] = False,
     runs: Annotated[int | None, typer.Option(min=1, help="Runs of the tables, of which medians are shown; 5.")] = None,
 ) -> None:
     """Measure steps beside FrozenLake's, worlds beside the originals, seats beside tictactoe, all on fresh episodes.
 
     A figure is the median of the runs; the brackets contain the lowest and the highest, if processes differ.
-    With --against, the exit status is 1 if the lower end of a ratio's 95 % interval is above 1.25 in two runs.
+    With --against, the exit status is 1 if the lower end of a ratio's 95 % interval is above the limit in two runs.
     """
     from rich.console import Console
     from rich.table import Table
@@ -44,7 +47,9 @@ def benchmark(
         raise typer.BadParameter("--all needs --against; add it, or leave out --all")
     if runs is not None and against is not None:
         raise typer.BadParameter("--runs is for the tables, which --against does not make; leave out one of them")
-    runs = runs or benchmark.RUNS
+    if limit is not None and against is None:
+        raise typer.BadParameter("--limit needs --against; add it, or leave out --limit")
+    runs, limit = runs or benchmark.RUNS, limit or benchmark.ALLOWED
     known = {family.name: family for family in all_families()}
     if unknown := [name for name in families or () if name not in known]:
         raise typer.BadParameter(f"there is no family {', '.join(unknown)}; allowed: {', '.join(known)}")
@@ -70,7 +75,7 @@ def benchmark(
                 console.print(table)
             return
         try:
-            found = list(benchmark.compare_speed(chosen, against, waiting.say, everything))
+            found = list(benchmark.compare_speed(chosen, against, waiting.say, everything, limit))
         except ValueError as error:
             raise typer.BadParameter(str(error)) from None
     table = Table("environment", "work", "this / other", "95 % interval", box=None, padding=(0, 2, 0, 0))

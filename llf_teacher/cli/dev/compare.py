@@ -1,12 +1,10 @@
 """`llf dev compare`: compare the behaviour of two installations."""
 
-from importlib.util import find_spec
 from typing import Annotated
 
 import typer
 
 from llf_teacher.cli import print_missing
-from worlds.extras import pip_install
 
 
 def add_to(app: typer.Typer) -> None:
@@ -22,7 +20,6 @@ def compare(
     ] = None,
     episodes: Annotated[int, typer.Option(min=1, help="Episodes of each environment and teacher.")] = 100,
     turns: Annotated[int, typer.Option(min=1, help="Most turns of an episode.")] = 20,
-    fast: Annotated[bool, typer.Option("--fast", help="Use the extra `fast` here; the other is without it.")] = False,
 ) -> None:
     """Play the same fresh episodes here and in another installation, and compare every word and action.
 
@@ -38,8 +35,6 @@ def compare(
     from teachers.personality import parse_personality
     from teachers.terminal import Waiting
 
-    if fast and not find_spec("numba"):
-        raise typer.BadParameter(f"--fast needs numba, which is not installed; run: {pip_install('fast')}")
     if not id:
         print_missing()
     ids = [entry(name).id for name in id or ()] or [
@@ -50,7 +45,7 @@ def compare(
     found = []
     with Waiting() as waiting:
         try:
-            for each in equality.compare(ids, teachers, other, episodes, turns, waiting.say, fast):
+            for each in equality.compare(ids, teachers, other, episodes, turns, waiting.say):
                 found.append(each)
                 table.add_row(each.id, each.teacher, *(f"{n:,}" for n in (each.episodes, each.turns, each.differing)))
         except ValueError as error:

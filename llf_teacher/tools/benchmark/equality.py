@@ -35,7 +35,7 @@ class Equality(NamedTuple):
 
 
 def compare(
-    ids: list[str], teachers: list[str], other: str, episodes: int, turns: int, progress: Progress, fast: bool = False
+    ids: list[str], teachers: list[str], other: str, episodes: int, turns: int, progress: Progress
 ) -> Iterator[Equality]:
     """Play fresh episodes of each environment and teacher here and in another installation.
 
@@ -49,7 +49,6 @@ def compare(
         episodes: number of episodes of each environment and teacher.
         turns: greatest number of turns of an episode.
         progress: called with a line about the next work.
-        fast: whether this installation uses the extra `fast`; the other never does.
 
     Raises:
         ValueError: `other` is neither a folder with the packages nor a revision.
@@ -59,7 +58,7 @@ def compare(
             writers = [Writer(id, student) for student in STUDENTS.values()]
             for teacher in teachers:
                 call = Call("record", (id, teacher))
-                with closing(Player(call._replace(compiled=fast))) as here, closing(Player(call, tree)) as there:
+                with closing(Player(call)) as here, closing(Player(call, tree)) as there:
                     yield _compared(here, there, writers, (id, teacher), (episodes, turns), progress)
 
 

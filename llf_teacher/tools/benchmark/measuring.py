@@ -30,8 +30,6 @@ class Call(NamedTuple):
 
     form: str
     arguments: tuple[Any, ...] = ()
-    compiled: bool = False
-    """Whether to use the extra `fast`."""
 
 
 class Player:
@@ -39,7 +37,8 @@ class Player:
 
     def __init__(self, call: Call, tree: Path | None = None) -> None:
         """Start the process; `tree` is a folder with other packages to import than the running ones."""
-        environment = os.environ | {"NUMBA_DISABLE_JIT": str(int(not call.compiled))}
+        # Earlier revisions compile the car park's plans where numba is installed; they are compared without it.
+        environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}
         if tree is not None:
             environment["PYTHONPATH"] = str(tree)
         self._call = call

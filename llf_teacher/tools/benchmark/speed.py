@@ -15,7 +15,7 @@ from llf_teacher.tools.benchmark.timings import STUDENTS, Progress, blocks_of, s
 from pz_envs.family import Family
 
 ALLOWED = 1.25
-"""Greatest accepted ratio of times; work is slower if the interval lies above it."""
+"""Default of the greatest accepted ratio of times; work is slower if the interval lies above it."""
 
 
 class Speed(NamedTuple):
@@ -25,11 +25,12 @@ class Speed(NamedTuple):
     work: str
     ratio: Ratio
     """Time here divided by time there."""
+    limit: float = ALLOWED
 
     @property
     def slower(self) -> bool:
-        """Whether the lower end of the interval is above `ALLOWED`."""
-        return self.ratio.low > ALLOWED
+        """Whether the lower end of the interval is above the limit."""
+        return self.ratio.low > self.limit
 
 
 def _work(id: str, student: str, everything: bool) -> dict[str, Call]:
@@ -44,7 +45,7 @@ def _work(id: str, student: str, everything: bool) -> dict[str, Call]:
 
 
 def compare_speed(
-    families: Sequence[Family], other: str, progress: Progress, everything: bool = False
+    families: Sequence[Family], other: str, progress: Progress, everything: bool = False, limit: float = ALLOWED
 ) -> Iterator[Speed]:
     """Compare steps with and without feedback, here and in another installation.
 
@@ -55,6 +56,7 @@ def compare_speed(
         other: a folder with the packages, or a revision of this repository.
         progress: called with the name of the next work.
         everything: whether to compare `raw_env`, `TeacherEnv` and a study, too.
+        limit: work is slower if the interval of its ratio of times lies above it.
 
     Raises:
         ValueError: `other` is neither a folder with the packages nor a revision.
@@ -69,7 +71,7 @@ def compare_speed(
                     calls = {"here": (call, None), "there": (call, tree)}
                     for _ in range(2):  # in new processes each time
                         found = measure(calls, {"here": blocks, "there": blocks})
-                        compared = Speed(id, f"{name} actions, {work}", ratio(found["here"], found["there"]))
+                        compared = Speed(id, f"{name} actions, {work}", ratio(found["here"], found["there"]), limit)
                         if not compared.slower:
                             break
                     yield compared

@@ -9,7 +9,6 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Sequence
-from importlib.util import find_spec
 from itertools import chain, product
 from statistics import median
 
@@ -60,13 +59,12 @@ def _tries(steps: int) -> list[list[Script]]:
 def steps(families: Sequence[Family], progress: Progress, runs: int = RUNS) -> Table:
     """Steps of `make(...)` with all feedback and with none, beside FrozenLake's; ratios are of CPU time.
 
-    `teaching` is the share of feedback in the time of a step. `fast` is the ratio of a step with all feedback and the
-    extra `fast`; it is empty if numba is not installed or the family has nothing to compile.
+    `teaching` is the share of feedback in the time of a step.
     """
     table = _table(
         "Steps, all feedback",
         ("environment", "actions"),
-        *_TIMES, "/ FrozenLake", "fast", "silent / FrozenLake", "teaching", "reset us", "peak MB",
+        *_TIMES, "/ FrozenLake", "silent / FrozenLake", "teaching", "reset us", "peak MB",
     )  # fmt: skip
     for family in families:
         id = PREFIX + family.showcase[0]
@@ -74,8 +72,6 @@ def steps(families: Sequence[Family], progress: Progress, runs: int = RUNS) -> T
             progress(f"{id}, {name} actions")
             blocks = blocks_of(id, student, steps_of(family))
             calls = {"lake": Call("lake"), "all": Call("student", (id, "a")), "none": Call("student", (id, "n"))}
-            if family.compiled and find_spec("numba"):
-                calls["fast"] = Call("student", (id, "a"), compiled=True)
             scripts = dict.fromkeys(calls, blocks) | {"lake": _tries(_STEPS)}
             found = measure_runs({name: (call, None) for name, call in calls.items()}, scripts, runs)
             table.add_row(
@@ -83,7 +79,6 @@ def steps(families: Sequence[Family], progress: Progress, runs: int = RUNS) -> T
                 name,
                 *_times(found, "all"),
                 _ratio(found, "all", "lake"),
-                _ratio(found, "fast", "lake") if "fast" in calls else "",
                 _ratio(found, "none", "lake"),
                 _teaching(found),
                 *_resets(found, "all"),

@@ -2,11 +2,12 @@
 
 from collections import Counter
 from collections.abc import Sequence, Set
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
-from teachers.atoms import FN, FP, Claim, FeedbackType, Moment, fast_constructor
+from teachers.atoms import FN, FP, Claim, FeedbackType, Moment
 from teachers.oracle import Oracle
 from teachers.oracles.gridworld.claims import (
     Answer,
@@ -53,7 +54,12 @@ _NEAR = 3
 """Clues about the distance to the treasure state multiples of this."""
 _SOME = 3
 """Number of types of rooms, among which is the one of a town's treasures, that a vague rule names."""
-_nearer, _no_nearer = fast_constructor(Nearer), fast_constructor(NoNearer)
+
+
+@lru_cache(maxsize=4096)
+def _verdict(cls: type[Nearer | NoNearer], action: Direction, room: str) -> Claim:
+    """A verdict on a move; the same ones recur in each house."""
+    return cls(action=action, room=room)
 
 
 class _Room(NamedTuple):
@@ -131,8 +137,8 @@ class GridworldOracle(Oracle[Truth, Gridworld]):
         if after.found:
             verdict: Claim = Found(action=action, room=layout.names[after.room])
         else:
-            judge = _nearer if action in self._rooms[room].good else _no_nearer
-            verdict = judge(action, layout.names[room])
+            good = action in self._rooms[room].good
+            verdict = _verdict(Nearer if good else NoNearer, action, layout.names[room])
         if verdict.kind in kinds:
             claims.append(verdict)
 

@@ -67,6 +67,8 @@ _ALL_FIT, _NOTHING, _GOAL, _RULES, _ANSWER = AllFit(), Nothing(), Goal(), Rules(
 _AGE_GROUPS = tuple(AgeGroup(age=age, certificates=group) for age, group in zip(AGE_NAMES, AGES, strict=True))
 _fits, _attribute_fits = fast_constructor(Fits), fast_constructor(AttributeFits)
 _unrated, _attribute_misses = fast_constructor(Unrated), fast_constructor(AttributeMisses)
+_taken_for, _spelt_like = fast_constructor(TakenFor), fast_constructor(SpeltLike)
+_not_in_catalogue = fast_constructor(NotInCatalogue)
 _repeat, _recommend = fast_constructor(Repeat), fast_constructor(Recommend)
 _avoid_title, _avoid_trait = fast_constructor(AvoidTitle), fast_constructor(AvoidTrait)
 
@@ -120,7 +122,7 @@ class MoviesOracle(Oracle[Truth, Movies]):
                 bad.append(_unclear(catalogue, place, said))
             elif item.named:
                 if said != item.label and _is_other(said, item):
-                    good.append(TakenFor(item=place, said=said, title=item.label))
+                    good.append(_taken_for(place, said, item.label))
                 _judge(good, bad, place, item, wanted)
         if HP in kinds:
             claims += good
@@ -224,8 +226,8 @@ def _unclear(catalogue: Catalogue, place: int, said: str) -> Claim:
         return Ambiguous(item=place, said=said, count=len(found), works=works)
     for i in catalogue.near(said):
         if (near := catalogue.items[i]).named:
-            return SpeltLike(item=place, said=said, title=near.label)
-    return NotInCatalogue(item=place, said=said)
+            return _spelt_like(place, said, near.label)
+    return _not_in_catalogue(place, said)
 
 
 def _is_other(said: str, item: Item) -> bool:

@@ -339,6 +339,7 @@ def _years(first: int, last: int | None) -> str:
     return f"{first}" if last == first else f"{first} to {last or 'now'}"
 
 
+@lru_cache(maxsize=1024)
 def _genres(genres: tuple[str, ...]) -> str:
     return " and ".join((", ".join(genres[:-1]), genres[-1]) if len(genres) > 1 else genres) or "none listed"
 

@@ -35,13 +35,13 @@ from teachers.oracles.parking.claims import (
 )
 from teachers.oracles.parking.driving import solve
 from teachers.oracles.parking.field import MARGIN, gain_of
-from teachers.oracles.parking.model import BRAKES, TOLERANCE, Ground, brake, can_stop, misfit, misses, move, pairs
+from teachers.oracles.parking.model import BRAKES, TOLERANCE, Ground, brake, can_stop, misfit, misses, move
 from worlds.parking import WALL_X, WALL_Y, Action, Car, Parking, Spot, Truth
 
 
 @lru_cache(maxsize=16)
 def _ground(spot: Spot, parked: tuple[Car, ...]) -> Ground:
-    middles = pairs([(other.x, other.y) for other in parked])
+    middles = tuple([(other.x, other.y) for other in parked])
     return Ground((spot.x, spot.y, spot.heading), TOLERANCE, middles, WALL_X, WALL_Y)
 
 
@@ -61,6 +61,7 @@ _CONTROLS = Controls(seconds=0.2, acceleration=5.0, degrees=45.0)
 _HAZARDS = Hazards(wall_x=WALL_X, wall_y=WALL_Y)
 # Elsewhere the fields of a claim are checked, which takes long for ways of many actions.
 _on_course, _strayed = fast_constructor(OnCourse), fast_constructor(Strayed)
+_nearer, _farther = fast_constructor(Nearer), fast_constructor(Farther)
 _drive, _detour = fast_constructor(Drive), fast_constructor(Detour)
 
 
@@ -163,20 +164,19 @@ class ParkingOracle(Oracle[Truth, Parking]):
             return
         way, turns = self._way(before), self._turns(before)
         wasted = self._turns(after) + 1 - turns
-        moved = distance_to_spot(after) - distance_to_spot(before)
-        far = {"action": action, "before": distance_to_spot(before), "after": distance_to_spot(after)}
+        was, now = distance_to_spot(before), distance_to_spot(after)
         if wasted <= 0 and HP in kinds and (rest := self._way(after)):
             if gain_of(before, after) > MARGIN:
                 claims.append(_on_course(action, (action, *rest)))
-            if moved < -_NEWS:
-                claims.append(Nearer(**far))
+            if now - was < -_NEWS:
+                claims.append(_nearer(action, was, now))
         elif wasted >= _WASTE and HN in kinds:
             if not self._way(after) and self._stops(before) and not self._stops(after):
                 claims.append(Doomed(action=action))
             elif way and gain_of(before, after) < -MARGIN and misses(self._ground(after), after.car[:4], way[1:]):
                 claims.append(_strayed(action, way))
-            if moved > _NEWS:
-                claims.append(Farther(**far))
+            if now - was > _NEWS:
+                claims.append(_farther(action, was, now))
 
     def _advice(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
         truth = moment.after

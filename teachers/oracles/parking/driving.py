@@ -6,12 +6,14 @@ is pure: equal arguments give equal plans.
 
 from math import atan, cos, inf, pi, sin, sqrt
 
-from teachers.compiled import compiled
 from teachers.oracles.parking.model import (
+    GAIN,
     HALF,
     PUSH,
     REACH,
+    STEPS,
     SURE,
+    WHEEL,
     Action,
     Car,
     Ground,
@@ -19,9 +21,9 @@ from teachers.oracles.parking.model import (
     brake,
     excess,
     move,
-    roll,
 )
 from teachers.oracles.parking.paths import SPACING, TOP, Segment, cheapest, paths, targets, trace
+from worlds.parking import DT
 
 _TURN, _QUARTER = 2 * pi, pi / 4
 _LONGEST = 90  # actions
@@ -37,10 +39,8 @@ def solve(ground: Ground, car: Car) -> tuple[Action, ...]:
     return tuple([(pedal / 100, wheel / 100) for pedal, wheel in _solve(ground, car)])
 
 
-@compiled
 def _solve(ground: Ground, car: Car) -> list[Hundredths]:
-    nothing = [(0, 0)][:0]  # so that its type is known
-    actions = _from(ground, car, nothing, car)
+    actions = _from(ground, car, [], car)
     if actions:
         return actions
     for times in (1, 4, 7):
@@ -49,17 +49,16 @@ def _solve(ground: Ground, car: Car) -> list[Hundredths]:
                 actions = _after(ground, car, [(pedal, wheel)] * times)
                 if actions:
                     return actions
-    return nothing
+    return []
 
 
-@compiled
 def _after(ground: Ground, car: Car, before: list[Hundredths]) -> list[Hundredths]:
     """Actions that park the car, beginning with these and full braking; empty if none were found."""
     x, y, heading, speed = car
     for pedal, wheel in before:
         there = move(ground, (x, y, heading, speed), pedal, wheel)
         if there is None:
-            return before[:0]
+            return []
         x, y, heading, speed = there
     for held in range(-100, 101, 25):
         stops, stop, halt = brake(ground, (x, y, heading, speed), held)
@@ -67,10 +66,9 @@ def _after(ground: Ground, car: Car, before: list[Hundredths]) -> list[Hundredth
             actions = _from(ground, car, before + stop, halt)
             if actions or len(before) > 1:
                 return actions
-    return before[:0]
+    return []
 
 
-@compiled
 def _from(ground: Ground, car: Car, before: list[Hundredths], there: Car) -> list[Hundredths]:
     """Actions that park the car, of which `before` lead to `there`, where a path begins; empty if none were found."""
     stop, driven = _direct(ground, there)
@@ -84,15 +82,14 @@ def _from(ground: Ground, car: Car, before: list[Hundredths], there: Car) -> lis
             x, y, heading, speed = after
         off_by = excess(ground, (x, y, heading, speed))
         if off_by < SURE:
-            return led[: count + 1] if off_by < -SURE else led[:0]
+            return led[: count + 1] if off_by < -SURE else []
     return led + driven
 
 
-@compiled
 def _direct(ground: Ground, car: Car) -> tuple[list[Hundredths], list[Hundredths]]:
     """Actions that stop the car, if needed, and those along a path; empty if the paths that are tried fail."""
-    nothing = [(0, 0)][:0]  # so that its type is known
-    starts, stops = [(0, car)], [nothing]
+    starts: list[tuple[int, Car]] = [(0, car)]
+    stops: list[list[Hundredths]] = [[]]
     if abs(car[3]) > PUSH:
         for wheel in (0, 100, -100):
             stopped, actions, halt = brake(ground, car, wheel)
@@ -119,10 +116,9 @@ def _direct(ground: Ground, car: Car) -> tuple[list[Hundredths], list[Hundredths
             known = len(found)
             if tried == _DRIVEN:
                 break
-    return nothing, nothing
+    return [], []
 
 
-@compiled
 def _follow(ground: Ground, car: Car, segments: list[Segment]) -> list[Hundredths]:
     """Drive along a path by pursuit of a point ahead: the actions that park the car; empty if it is not parked.
 
@@ -130,7 +126,7 @@ def _follow(ground: Ground, car: Car, segments: list[Segment]) -> list[Hundredth
     """
     (goal_x, goal_y, _), tolerance = ground.spot, ground.tolerance + SURE
     clear_x, clear_y = ground.wall_x - REACH, ground.wall_y - REACH
-    if len(ground.parked):
+    if ground.parked:
         clear_x = clear_y = 0.0  # there are other obstacles than walls
     actions: list[Hundredths] = []
     number = at = 0
@@ -138,7 +134,7 @@ def _follow(ground: Ground, car: Car, segments: list[Segment]) -> list[Hundredth
     end = len(xs) - 1
     x, y, heading, speed = car
     for _ in range(_LONGEST):
-        pace = abs(speed)
+        pace = speed if speed > 0 else -speed
         cosine, sine = cos(heading), sin(heading)
         rear_x, rear_y = x - HALF * cosine, y - HALF * sine
         dx, dy = xs[at] - rear_x, ys[at] - rear_y
@@ -160,29 +156,43 @@ def _follow(ground: Ground, car: Car, segments: list[Segment]) -> list[Hundredth
             off = dx * dx + dy * dy
         bent = abs((headings[at] - heading + pi) % _TURN - pi)
         if off > _ASTRAY or bent > 0.6:
-            return actions[:0]
-        ahead = max(0.45 * pace + 1, 1.5)
-        to = min(at + round(ahead / SPACING), end)
+            return []
+        ahead = 0.45 * pace + 1
+        if ahead < 1.5:
+            ahead = 1.5
+        to = at + round(ahead / SPACING)
+        if to > end:
+            to = end
         dx, dy = xs[to] - rear_x, ys[to] - rear_y
         if ahead > left:
             dx = xs[to] + way * (ahead - left) * cos(headings[to]) - rear_x
             dy = ys[to] + way * (ahead - left) * sin(headings[to]) - rear_y
         far = dx * dx + dy * dy
         bend = 2 * (dy * cosine - dx * sine) / (far if far > 0.25 else 0.5 * sqrt(far) + SURE)
-        fast = min(sqrt(6 * left + 4 if last else 6 * left), 2.5 if bent > 0.3 else TOP)
-        pedal = (way * max(fast, 0.4) - speed) / PUSH
+        fast, most = 6 * left + 4 if last else 6 * left, 2.5 if bent > 0.3 else TOP
+        fast = sqrt(fast) if fast < most * most else most
+        pedal = (way * (fast if fast > 0.4 else 0.4) - speed) / PUSH
         wheel = atan(bend * 2 * HALF) / _QUARTER
-        action = round(min(max(pedal, -1.0), 1.0) * 100), round(min(max(wheel, -1.0), 1.0) * 100)
+        action = (
+            100 if pedal >= 1 else -100 if pedal <= -1 else round(pedal * 100),
+            100 if wheel >= 1 else -100 if wheel <= -1 else round(wheel * 100),
+        )
         if abs(x) + 0.3 * pace < clear_x and abs(y) + 0.3 * pace < clear_y:  # without this a turn takes 12 % longer
-            x, y, heading, speed = roll((x, y, heading, speed), action[0], action[1])
+            gain, (slip, sine) = GAIN[action[0] + 100], WHEEL[action[1] + 100]
+            for _ in range(STEPS):  # as in `move`
+                course = heading + slip
+                x += speed * cos(course) * DT
+                y += speed * sin(course) * DT
+                heading += speed * sine / HALF * DT
+                speed += gain
         else:
             there = move(ground, (x, y, heading, speed), action[0], action[1])
             if there is None:
-                return actions[:0]
+                return []
             x, y, heading, speed = there
         actions.append(action)
         if abs(x - goal_x) + 0.3 * abs(y - goal_y) < tolerance:
             off_by = excess(ground, (x, y, heading, speed))
             if off_by < SURE:
-                return actions if off_by < -SURE else actions[:0]
-    return actions[:0]
+                return actions if off_by < -SURE else []
+    return []

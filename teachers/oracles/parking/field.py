@@ -64,14 +64,15 @@ def turns_left(truth: Truth) -> float:
     across, along, turned = across - column, along - row, turned % 1
     corner, after = (column * rows + row) * _HEADINGS, (ray + 1) % _HEADINGS
     best = math.inf
+    corners = (
+        (corner, (1 - across) * (1 - along)),
+        (corner + _HEADINGS, (1 - across) * along),
+        (corner + rows * _HEADINGS, across * (1 - along)),
+        (corner + (rows + 1) * _HEADINGS, across * along),
+    )
     for lengths, pace in zip(tables, (speed, -speed), strict=True):
         far = beyond
-        for start, share in (
-            (corner, (1 - across) * (1 - along)),
-            (corner + _HEADINGS, (1 - across) * along),
-            (corner + rows * _HEADINGS, across * (1 - along)),
-            (corner + (rows + 1) * _HEADINGS, across * along),
-        ):
+        for start, share in corners:
             far += share * ((1 - turned) * lengths[start + ray] + turned * lengths[start + after])
         away = max(-pace, 0.0)  # the car rolls the other way, and has to stop and to come back
         slow = _TOP - min(max(pace, 0.0), _TOP)

@@ -1,6 +1,7 @@
 """An exact model of the car: the result of an action, and whether there is an obstacle.
 
-Its steps are the simulator's own, `worlds.parking.step_car`.
+Its steps are those of the simulator, `worlds.parking.step_car`, to the last bit. They are written out here, because
+most of the time of planning goes into them, and a call for each doubles it.
 """
 
 import math
@@ -10,8 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from teachers.compiled import COMPILED, compiled
-from worlds.parking import DT, step_car
+from worlds.parking import DT
 
 Action = tuple[float, float]
 Car = tuple[float, float, float, float]
@@ -27,20 +27,13 @@ class Ground(NamedTuple):
     """Position in m and heading in radians."""
     tolerance: float
     """The car is parked if its `misfit` is below this."""
-    parked: Sequence[tuple[float, float]]
-    """The middles of the parked cars, whose headings are along the y axis; see `pairs`."""
+    parked: tuple[tuple[float, float], ...]
+    """The middles of the parked cars, whose headings are along the y axis."""
     wall_x: float
     wall_y: float
     """The walls' inner faces are at plus and minus these, in m."""
     caution: int = 1
     """1: a car keeps a margin to obstacles; -1: the margin is negative, so that only what certainly touches does."""
-
-
-def pairs(numbers: Sequence[tuple[float, float]]) -> Sequence[tuple[float, float]]:
-    """Pairs of numbers in the form that compiled functions take: an array of shape (n, 2), else a tuple."""
-    if COMPILED:
-        return np.array(numbers, np.float64).reshape(-1, 2)  # type: ignore[return-value]  # it reads alike
-    return tuple(numbers)
 
 
 BRAKES = (-1.0, -0.5, 0.0, 0.5, 1.0)
@@ -81,10 +74,6 @@ WHEEL = _wheel()
 """Slip angle in radians, with its sine, by hundredths of an action."""
 
 
-_step = compiled(step_car)
-
-
-@compiled
 def misfit(ground: Ground, x: float, y: float, heading: float) -> float:
     """The weighted distance of a car from the parked pose, in m; it is parked below the tolerance."""
     goal_x, goal_y, goal = ground.spot
@@ -92,45 +81,36 @@ def misfit(ground: Ground, x: float, y: float, heading: float) -> float:
     return abs(x - goal_x) + 0.3 * abs(y - goal_y) + 2 * turned
 
 
-@compiled
 def excess(ground: Ground, car: Car) -> float:
-    """The misfit of a car minus the tolerance."""
+    """The misfit of a car minus the tolerance; less than that where its position alone exceeds the tolerance."""
+    (goal_x, goal_y, _), tolerance = ground.spot, ground.tolerance
     x, y, heading, _ = car
-    return misfit(ground, x, y, heading) - ground.tolerance
+    away = abs(x - goal_x) + 0.3 * abs(y - goal_y) - tolerance
+    return away if away >= SURE else misfit(ground, x, y, heading) - tolerance
 
 
-@compiled
-def roll(car: Car, pedal: int, wheel: int) -> Car:
-    """The car after an action, in hundredths, without obstacles."""
-    x, y, heading, speed = car
-    gain, (slip, sine) = GAIN[pedal + 100], WHEEL[wheel + 100]
-    for _ in range(STEPS):
-        course = heading + slip
-        x, y, heading, speed = _step(x, y, heading, speed, cos(course), sin(course), sine, gain)
-    return x, y, heading, speed
-
-
-@compiled
 def move(ground: Ground, car: Car, pedal: int, wheel: int) -> Car | None:
     """The car after an action, in hundredths; None if it comes too close to an obstacle."""
     x, y, heading, speed = car
     # More than the car covers, with its margin, in the whole action.
     reach = REACH + 0.3 * (speed if speed > 0 else -speed)
     across, along = ground.wall_x - reach, ground.wall_y - reach
-    near = _near(ground, x, y, reach, reach)
-    if not near and -across < x < across and -along < y < along:
-        return roll(car, pedal, wheel)
+    near = _near(ground, x, y, reach, reach) if ground.parked else []
+    clear = not near and -across < x < across and -along < y < along
     gain, (slip, sine) = GAIN[pedal + 100], WHEEL[wheel + 100]
     for _ in range(STEPS):
         course = heading + slip
-        x, y, heading, speed = _step(x, y, heading, speed, cos(course), sin(course), sine, gain)
-        margin = ground.caution * (_MARGIN + abs(speed) * DT)
-        if not _free(ground, near, x, y, cos(heading), sin(heading), margin):
-            return None
+        x += speed * cos(course) * DT
+        y += speed * sin(course) * DT
+        heading += speed * sine / HALF * DT
+        speed += gain
+        if not clear:
+            margin = ground.caution * (_MARGIN + abs(speed) * DT)
+            if not _free(ground, near, x, y, cos(heading), sin(heading), margin):
+                return None
     return x, y, heading, speed
 
 
-@compiled
 def has_room(ground: Ground, xs: list[float], ys: list[float], headings: list[float], run: float, room: float) -> bool:
     """Whether the car has this much room around it with its rear axle in each of these poses.
 
@@ -139,7 +119,7 @@ def has_room(ground: Ground, xs: list[float], ys: list[float], headings: list[fl
     reach = HALF + _CORNER + room
     across, along = ground.wall_x - reach, ground.wall_y - reach
     clear = abs(xs[0]) + run < across and abs(ys[0]) + run < along
-    if clear and not len(ground.parked):
+    if clear and not ground.parked:
         return True
     west, east, north, south = min(xs), max(xs), min(ys), max(ys)
     x, y = (west + east) / 2, (north + south) / 2
@@ -154,14 +134,12 @@ def has_room(ground: Ground, xs: list[float], ys: list[float], headings: list[fl
     return True
 
 
-@compiled
 def _near(ground: Ground, x: float, y: float, wide: float, high: float) -> list[tuple[float, float]]:
     """The parked cars that overlap a box around a point, given its half sides."""
     across, along = wide + _SIDE, high + HALF
-    return [(each[0], each[1]) for each in ground.parked if abs(each[0] - x) < across and abs(each[1] - y) < along]
+    return [each for each in ground.parked if abs(each[0] - x) < across and abs(each[1] - y) < along]
 
 
-@compiled
 def _free(
     ground: Ground, near: list[tuple[float, float]], x: float, y: float, cosine: float, sine: float, margin: float
 ) -> bool:
@@ -182,7 +160,6 @@ def _free(
     return True
 
 
-@compiled
 def brake(ground: Ground, car: Car, wheel: int) -> tuple[bool, list[Hundredths], Car]:
     """Brake fully with the wheel held, in hundredths: whether the car stops, the actions, and the car after them.
 
@@ -200,28 +177,16 @@ def brake(ground: Ground, car: Car, wheel: int) -> tuple[bool, list[Hundredths],
     return True, actions, (x, y, heading, speed)
 
 
-@compiled
 def can_stop(ground: Ground, car: Car) -> bool:
     """Whether the car stops with one of the `BRAKES`."""
-    for wheel in BRAKES:  # noqa: SIM110  # numba does not compile `any` of a generator
-        if brake(ground, car, round(wheel * 100))[0]:
-            return True
-    return False
+    return any(brake(ground, car, round(wheel * 100))[0] for wheel in BRAKES)
 
 
 def misses(ground: Ground, car: Car, actions: Sequence[Action]) -> bool:
     """Whether actions with two decimals do not park the car, not even on the way, and do not touch anything."""
-    return _misses(ground, car, pairs(actions))
-
-
-@compiled
-def _misses(ground: Ground, car: Car, actions: Sequence[Action]) -> bool:
-    x, y, heading, speed = car
-    for action in actions:
-        there = move(ground, (x, y, heading, speed), round(action[0] * 100), round(action[1] * 100))
-        if there is None:
+    for pedal, wheel in actions:
+        there = move(ground, car, round(pedal * 100), round(wheel * 100))
+        if there is None or excess(ground, there) < SURE:
             return False
-        x, y, heading, speed = there
-        if excess(ground, (x, y, heading, speed)) < SURE:
-            return False
+        car = there
     return True

@@ -10,8 +10,6 @@ from collections.abc import Iterator
 from itertools import product
 from math import acos, asin, atan2, cos, inf, pi, sin, sqrt
 
-from teachers.compiled import compiled
-
 _TURN = 2 * pi
 _QUARTER = pi / 2
 _TINY = 1e-9
@@ -52,19 +50,16 @@ _EITHER_WAY = ((0, 1.0), (2, -1.0))  # what reversal in time adds to the number,
 # bound, before the single arcs are computed.
 
 
-@compiled
 def forwards(x: float, y: float, turn: float, sine: float, cosine: float, most: float) -> list[Word]:
     """An arc, a line and an arc."""
     return _in_one_direction(x, y, turn, sine, cosine, most, 1.0)
 
 
-@compiled
 def backwards(x: float, y: float, turn: float, sine: float, cosine: float, most: float) -> list[Word]:
     """The same backwards."""
     return _in_one_direction(x, y, turn, sine, cosine, most, -1.0)
 
 
-@compiled
 def _in_one_direction(
     x: float, y: float, turn: float, sine: float, cosine: float, most: float, way: float
 ) -> list[Word]:
@@ -92,7 +87,6 @@ def _in_one_direction(
     return found
 
 
-@compiled
 def one_cusp(x: float, y: float, turn: float, sine: float, cosine: float, most: float) -> list[Word]:
     """An arc, a quarter turn the other way, a line and an arc; or the same from the end."""
     found: list[Word] = []
@@ -130,7 +124,6 @@ def one_cusp(x: float, y: float, turn: float, sine: float, cosine: float, most: 
     return found
 
 
-@compiled
 def two_cusps(x: float, y: float, turn: float, sine: float, cosine: float, most: float) -> list[Word]:
     """An arc, a quarter turn the other way, a line, a quarter turn, and an arc the first way."""
     found: list[Word] = []
@@ -151,7 +144,6 @@ NEAR = 6.5
 """Greatest distance, in turning radii, of targets that words of `nearby` reach."""
 
 
-@compiled
 def nearby(x: float, y: float, turn: float, sine: float, cosine: float, most: float) -> list[Word]:
     """Arcs only, with at least one change of direction."""
     found: list[Word] = []
@@ -199,13 +191,11 @@ def nearby(x: float, y: float, turn: float, sine: float, cosine: float, most: fl
     return found
 
 
-@compiled
 def wrapped(angle: float) -> float:
     """The angle in the interval from -pi to pi."""
     return (angle + pi) % _TURN - pi
 
 
-@compiled
 def _word(number: int, back: bool, way: float, a: float, b: float, c: float, d: float) -> Word:
     """A word of four pieces, possibly read from its end or reversed in time."""
     if back:

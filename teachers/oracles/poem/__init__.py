@@ -1,6 +1,7 @@
 """The poem's oracle: it counts syllables in every reading, and composes lines that fit."""
 
 from collections.abc import Set
+from itertools import count
 
 import numpy as np
 
@@ -41,13 +42,18 @@ def _nearest(line: str, number: int) -> int:
     counts = readings(line)
     if not counts & counts - 1:  # the usual case: there is one
         return counts.bit_length() - 1
-    return min((n for n in range(counts.bit_length()) if counts >> n & 1), key=lambda n: abs(n - number))
+    for off in count():
+        if off <= number and counts >> number - off & 1:
+            return number - off
+        if counts >> number + off & 1:
+            break
+    return number + off
 
 
 def _first_wrong(lines: tuple[str, ...], pattern: tuple[int, ...]) -> int:
     """The number of the first line that cannot be read as the pattern demands; 0 if there is none."""
     for i, words in enumerate(lines):
-        if not fits(words, pattern[i]):
+        if not readings(words) >> pattern[i] & 1:  # as `fits`
             return i + 1
     return 0
 
@@ -55,7 +61,9 @@ def _first_wrong(lines: tuple[str, ...], pattern: tuple[int, ...]) -> int:
 _TRIES = 3
 _COUNTING, _ANSWER = Counting(), Answer(limit=MAX_LENGTH)
 _ALL_RIGHT, _EMPTY = AllRight(), Empty()
-_wrong_line, _avoid_count = fast_constructor(WrongLine), fast_constructor(AvoidCount)
+_lines_right, _wrong_line = fast_constructor(LinesRight), fast_constructor(WrongLine)
+_wrong_number, _avoid_lines = fast_constructor(WrongNumber), fast_constructor(AvoidLines)
+_avoid_count, _repeat = fast_constructor(AvoidCount), fast_constructor(Repeat)
 
 
 class PoemOracle(Oracle[Truth, Poem]):
@@ -94,9 +102,9 @@ class PoemOracle(Oracle[Truth, Poem]):
         right: list[int] = []
         wrong: list[int] = []
         for i, required in enumerate(wanted):  # none, or as many as there are lines
-            (right if fits(lines[i], required) else wrong).append(i + 1)
+            (right if readings(lines[i]) >> required & 1 else wrong).append(i + 1)  # as `fits`
         if HP in kinds and right:
-            claims.append(LinesRight(lines=tuple(right[:MOST_LINES])) if wrong else _ALL_RIGHT)
+            claims.append(_lines_right(tuple(right[:MOST_LINES])) if wrong else _ALL_RIGHT)
         if HN in kinds:
             for line in wrong[:MOST_LINES]:
                 required = wanted[line - 1]
@@ -104,7 +112,7 @@ class PoemOracle(Oracle[Truth, Poem]):
             if not lines:
                 claims.append(_EMPTY)
             elif not wanted:
-                claims.append(WrongNumber(lines=len(lines), required=len(moment.past.pattern)))
+                claims.append(_wrong_number(len(lines), len(moment.past.pattern)))
 
     def _advice(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
         """Advise the last poem, cut or filled to the right number of lines, with its first wrong line replaced."""
@@ -120,12 +128,12 @@ class PoemOracle(Oracle[Truth, Poem]):
                 place = line if line <= len(pliable) else 1
                 claims.append(advise_line(pliable, place, pattern[place - 1], pattern[place - 1]))
             elif wanted:
-                claims.append(Repeat(action=truth.draft))
+                claims.append(_repeat(truth.draft))
             else:
                 claims.append(Shorten(action="\n".join(kept)))
         if FN in kinds:
             if lines and not wanted:
-                claims.append(AvoidLines(lines=len(lines)))
+                claims.append(_avoid_lines(len(lines)))
             elif lines and line:
                 claims.append(_avoid_count(line, _nearest(lines[line - 1], pattern[line - 1])))
             else:

@@ -16,6 +16,7 @@ from teachers.atoms import (
     Scope,
     Verdict,
     claim,
+    fast_constructor,
     opposed,
     slot,
 )
@@ -360,6 +361,9 @@ class Write(ActionClaim[Truth, Poem], EditClaim[Truth, Poem]):
         return Work.on(self, line=self.line), Count(line=self.line, syllables=self.syllables)
 
 
+_write = fast_constructor(Write)
+
+
 @claim
 class Work(Grounded[Truth, Poem]):
     """True if another line `line` can make a poem that earns more than the last one."""
@@ -541,4 +545,4 @@ def _miscounted(lines: Sequence[str], line: int, syllables: int) -> tuple[Write,
 def advise_line(lines: Sequence[str], line: int, syllables: int, number: int) -> Write:
     """Advice to put a line of `number` syllables in a place that requires `syllables`."""
     action = "\n".join((*lines[: line - 1], compose(number, line), *lines[line:]))
-    return Write(action=action, line=line, syllables=syllables)
+    return _write(action, line, syllables)

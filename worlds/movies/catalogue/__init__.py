@@ -102,7 +102,11 @@ class Item(NamedTuple):
 
     def meets(self, wishes: Iterable[int]) -> bool:
         """Whether it has one of the bits of each wish."""
-        return all(self.bits & wish for wish in wishes)
+        bits = self.bits
+        for wish in wishes:  # noqa: SIM110  # `all` takes three times as long
+            if not bits & wish:
+                return False
+        return True
 
 
 def type_bit(series: bool) -> int:
