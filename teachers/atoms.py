@@ -1,4 +1,4 @@
-"""Claims, atoms and utterances, which are what a teacher says, and the moments that they are about."""
+"""What a teacher says (claims, atoms, utterances), and the moments that it speaks about."""
 
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Sequence
@@ -56,7 +56,7 @@ class Scope(StrEnum):
 
 
 class Label(StrEnum):
-    """The result of checking in the simulator what was said. Students never see it."""
+    """The result of checking a claim in the simulator. Students never see it."""
 
     TRUTHFUL = "truthful"
     """The claim holds."""
@@ -67,16 +67,16 @@ class Label(StrEnum):
     LATE = "late"
     """The claim holds of an earlier turn."""
     HEDGED = "hedged"
-    """It says how probable a claim is: one such sentence is neither true nor false; see `HedgedClaim`."""
+    """The claim has a probability: a single hedge is neither true nor false; see `HedgedClaim`."""
     UNCHECKED = "unchecked"
     """Text without a claim."""
 
 
 class ParseFailure(NamedTuple):
-    """A student's text that is no action. The world did not step; the turn counts."""
+    """A student's text that did not parse as an action. The world did not step; the turn counts."""
 
     got: str
-    """What was received: an excerpt of at most 80 printable characters."""
+    """The start of the text, at most 80 printable characters."""
     expected: str
     """The form of an answer."""
     why: str = "it names no action that there is"
@@ -84,7 +84,7 @@ class ParseFailure(NamedTuple):
 
 
 class Moment(NamedTuple, Generic[TruthT]):
-    """One turn of a student, with what only a teacher sees."""
+    """One turn of a student, privileged truths included."""
 
     before: TruthT | None
     """The world's truth before the action; None if no action was executed (the opening, or a `ParseFailure`)."""
@@ -167,10 +167,9 @@ def fast_constructor(cls: type[ClaimT]) -> Callable[..., ClaimT]:
     """Return a function that makes the claims of a class from the values of all fields, in the order of the fields.
 
     It takes a third of the time of the class itself, which sets each field by a call and collects its keywords in a
-    dictionary. Here the fields are set on an instance of a writable subclass, which then becomes one of `cls`, and
-    only the conformance kit refuses NumPy's numbers. It is
-    for oracles that make several claims in each turn: optimization's and movies' turns take up to 15 % longer without,
-    other families' 2 to 4 %.
+    dictionary: this function sets the fields of an instance of a writable subclass, then turns it into one of `cls`.
+    It does not refuse NumPy's numbers; the conformance kit does. It serves oracles that make several claims in each
+    turn: without it a turn of optimization or movies takes up to 15 % longer, of other families 2 to 4 %.
 
     Raises:
         TypeError: the class lacks the decorator `claim`.
@@ -191,7 +190,7 @@ def fast_constructor(cls: type[ClaimT]) -> Callable[..., ClaimT]:
 
 
 class Claim(Generic[TruthT, WorldT]):
-    """One thing that can be said, as data; of worlds of class `WorldT`, whose truths are `TruthT`.
+    """One thing that a teacher can say, as data, about a world of class `WorldT` with truths of `TruthT`.
 
     The docstring of a class says when its claims are true. Fields are JSON scalars, enums and tuples of them; what
     phrases need beside these (plurals, lists, names) are properties, computed from the fields. The role of a class,
@@ -202,15 +201,14 @@ class Claim(Generic[TruthT, WorldT]):
     kind: ClassVar[FeedbackType | None] = None
     """The kind of feedback; None for the parts of an instruction and for notices of the environment."""
     placebo: ClassVar[bool] = False
-    """Whether it has nothing to do with the task, though it may be true."""
+    """Whether it has nothing to do with the task; it may be true."""
     scope: ClassVar[Scope] = Scope.STATE
-    """How far it reaches. A class that does not declare it has that of its base; if that is `STATE`, parts of an
-    instruction reach the world, and rewards and hindsight the action."""
+    """How far it reaches. By default the scope of the base; if that is `STATE`, parts of an instruction reach the
+    world, and rewards and hindsight the action."""
     relative: ClassVar[bool] = False
-    """Whether it only says what somebody would do, or compares with that: no claim that calls something good or bad,
-    right or wrong rests on it."""
+    """Whether it only compares with a policy, or says what a policy would do. No verdict may rest on it."""
     tried: ClassVar[bool] = False
-    """Whether it is about an action that was tried before the episode, and not about one of the student's."""
+    """Whether it is about an action that the oracle tried before the episode, not about the student's."""
 
     def __post_init__(self) -> None:
         """Refuse NumPy's numbers and arrays, which JSON writes differently, or not at all.
@@ -229,24 +227,27 @@ class Claim(Generic[TruthT, WorldT]):
     def holds(self, moment: Moment[TruthT], lab: WorldT) -> bool:
         """Whether the claim is true of `moment`; `lab` is a scratch world to restore and step.
 
-        The check reaches the truth by another way than the oracle does.
+        The check does not use the oracle's method.
         """
         raise TypeError(f"{type(self).__name__} does not implement holds(moment, lab)")
 
     def means(self, moment: Moment[TruthT], oracle: Any) -> bool:
-        """Whether the claim is true of any moment by its fields alone, numbers to the precision in which they are said.
+        """Whether the claim is true of a moment by its fields alone, with numbers as phrases round them.
 
         Args:
-            moment: the moment, which need not be the one for which the claim was made.
-            oracle: an oracle of the same family; `oracle.lab` is its world. If the claim is `Grounded`, it has started
-                on the moment's episode.
+            moment: any moment, not only the one for which the claim was made.
+            oracle: an oracle of the same family. For a `Grounded` claim it must have started on the moment's episode.
         """
         return self.holds(moment, oracle.lab)
 
     def within(self, moments: Callable[[int], Moment[TruthT]], about: int) -> "Claim":
-        """What it says of the turn `about` of an episode with these moments, by turn, for `means`.
+        """The claim as `means` judges it in an episode that has these moments.
 
-        That is the claim itself, but for those that compare the turn with an earlier one.
+        Only claims that compare the turn `about` with an earlier turn change: they take the earlier turn from there.
+
+        Args:
+            moments: the moment of each turn of the episode.
+            about: the turn that the claim is about.
         """
         return self
 
@@ -260,7 +261,7 @@ class Claim(Generic[TruthT, WorldT]):
 
         Args:
             field: the name of the field.
-            values: those that it may have, or a function of claim, moment and lab that gives them.
+            values: the allowed values, or a function of claim, moment and lab that returns them.
         """
 
         def counterparts(self: Any, moment: Moment[Any], lab: Any) -> Sequence[Claim]:
@@ -278,14 +279,15 @@ class Claim(Generic[TruthT, WorldT]):
         return False
 
     def worth(self, moment: Moment[TruthT], lab: WorldT, action: Any) -> float | None:
-        """Of a verdict: the value of an action in place of that of `moment`, by another way than `Oracle.values`.
+        """For verdicts: the value of taking `action` in place of the moment's action.
 
-        None if it cannot tell; then claims that compare values, such as `common.NoDifference`, go unchecked.
+        The method differs from that of `Oracle.values`. None if the verdict cannot tell; then nobody checks claims
+        that compare values, such as `common.NoDifference`.
         """
         return None
 
     def stated_worth(self, moment: Moment[TruthT], lab: WorldT, action: Any) -> float | None:
-        """The same as it is said, by another way than `Oracle.stated_values`."""
+        """`worth` as phrases state it; the method differs from that of `Oracle.stated_values`."""
         return self.worth(moment, lab, action)
 
 
@@ -314,7 +316,7 @@ class ActionClaim(Claim[TruthT, WorldT]):
     """The slot of the phrases that holds the action as a student would write it; empty if there is none."""
 
     def excludes(self, other: Claim) -> bool:
-        """Of advice, a warning of the same action."""
+        """For advice: a warning of the same action."""
         return self.kind is FP and _warns_of(self.action, other)
 
 
@@ -331,7 +333,7 @@ class PlanClaim(Claim[TruthT, WorldT]):
     """The text between two actions in that slot."""
 
     def excludes(self, other: Claim) -> bool:
-        """A warning of the first action."""
+        """For advice: a warning of the first action."""
         return self.kind is FP and _warns_of(self.actions[0], other)
 
 
@@ -342,29 +344,29 @@ def _warns_of(action: Any, claim: Claim) -> bool:
 class HedgedClaim(Claim[TruthT, WorldT]):
     """Role of a claim that says how probable another claim is.
 
-    It `holds` if that claim does, which makes it neither true nor false: only many of them can be judged, by how many
-    hold of those that were called equally probable.
+    It `holds` if that claim does, but a single hedge is neither true nor false. Calibration judges many: of claims
+    hedged with probability p, a share p should hold.
     """
 
     __slots__ = ()
     claim: Claim[TruthT, WorldT]
-    """What is hedged; neither late nor hedged itself."""
+    """The hedged claim; neither late nor hedged itself."""
     p: float
     """Its probability, above 0.5 and below 1."""
 
 
 def unhedged(claim: Claim) -> Claim:
-    """What a claim hedges; a flat claim as it is."""
+    """The claim inside a hedge; any other claim as it is."""
     return claim.claim if isinstance(claim, HedgedClaim) else claim
 
 
 def confidence(claim: Claim) -> float:
-    """The probability with which a claim is said: 1 for a flat one."""
+    """The probability of a hedged claim; 1 for any other."""
     return claim.p if isinstance(claim, HedgedClaim) else 1.0
 
 
 def action_of(claim: Claim) -> Any:
-    """The action that a claim is about, also if it is hedged; of a plan, its first; None if it is about none."""
+    """The action of a claim, hedged or not; the first action of a plan; None for claims about no action."""
     claim = unhedged(claim)
     if isinstance(claim, ActionClaim):
         return claim.action
@@ -401,7 +403,7 @@ class Verdict(Claim[TruthT, WorldT]):
     """The class of the opposite verdict."""
 
     def applies(self, moment: Moment[TruthT], lab: WorldT) -> bool:
-        """Whether the fields fit the turn, so that this is a verdict on it."""
+        """Whether the fields describe this turn; if not, neither verdict holds."""
         raise TypeError(f"{type(self).__name__} does not implement applies(moment, lab)")
 
     def good(self, moment: Moment[TruthT], lab: WorldT) -> bool:
@@ -422,7 +424,7 @@ class Verdict(Claim[TruthT, WorldT]):
         return (self.opposing(),)
 
     def excludes(self, other: Claim) -> bool:
-        """The opposite verdict on the same: its fields may differ in measures, which are floats."""
+        """The opposite verdict with equal fields; floats, which are measures, may differ."""
         if type(other) is not self.opposite:
             return False
         pairs = ((getattr(self, field.name), getattr(other, field.name)) for field in fields(self))  # type: ignore[arg-type]  # a dataclass
@@ -442,22 +444,21 @@ def slot(words: Callable[[Any], Any], field: str) -> property:
 
 
 def opposed(praise: type[Verdict], blame: type[Verdict]) -> None:
-    """Link two classes of verdicts that have the same fields as opposites."""
+    """Link two verdict classes with the same fields as opposites."""
     praise.opposite, blame.opposite = blame, praise
 
 
 class Grounded(Claim[TruthT, WorldT]):
-    """Base of claims that say less than another claim, their ground, and are true because it is.
+    """Base of claims that follow from another claim, their ground, and say less.
 
-    The ground is not a field: neither records nor students see it. What they can take from the claim is what it
-    `means`.
+    The ground is not a field: neither records nor students see it. They judge the claim by what it `means`.
     """
 
     __slots__ = ("_ground",)
 
     @classmethod
     def on(cls, ground: Any, **fields: Any) -> Self:
-        """A claim of these fields whose ground is another claim, or several."""
+        """A claim with these fields and this ground: another claim, or several."""
         claim = cls(**fields)
         object.__setattr__(claim, "_ground", ground)
         return claim
@@ -466,7 +467,7 @@ class Grounded(Claim[TruthT, WorldT]):
 
     @property
     def grounded(self) -> bool:
-        """Whether it has a ground; a claim of others has none, and is checked by what it `means`."""
+        """Whether it has a ground. Claims that were read from text have none; `means` checks them."""
         return getattr(self, "_ground", None) is not None
 
     def stands(self, moment: Moment[TruthT], lab: WorldT) -> bool:
@@ -475,7 +476,7 @@ class Grounded(Claim[TruthT, WorldT]):
 
     @abstractmethod
     def means(self, moment: Moment[TruthT], oracle: Any) -> bool:
-        """As of any claim, without the ground."""
+        """As in `Claim`, without the ground."""
 
     def __reduce__(self) -> tuple[Any, ...]:
         names = [field.name for field in fields(self)]  # type: ignore[arg-type]  # a dataclass
@@ -493,9 +494,9 @@ class Atom(NamedTuple):
     text: str
     """The sentence, without the other atoms of the utterance."""
     about_turn: int
-    """The turn of which the claim speaks; smaller than the current turn if it comes late."""
+    """The turn that the claim is about; earlier than the current turn if the claim comes late."""
     speaker: str = ""
-    """The seat of the teacher that said it where there are several; else empty."""
+    """The seat of the teacher that said it; empty if there is one teacher."""
 
     @property
     def kind(self) -> FeedbackType | None:
@@ -506,10 +507,9 @@ class Atom(NamedTuple):
         """The result of checking the claim.
 
         Args:
-            moments: those of the episode up to the one in which it was said.
-            lab: to check it in.
-            oracle: one that has started on the episode, for claims whose ground is not known; without it they are
-                unchecked.
+            moments: the moments of the episode, up to the turn that said the claim.
+            lab: a scratch world for the check.
+            oracle: has started on the episode; checks claims whose ground is unknown. None leaves them unchecked.
         """
         claim, moment = self.claim, moments[self.about_turn]
         if isinstance(claim, HedgedClaim):
@@ -528,7 +528,7 @@ class Atom(NamedTuple):
 
 
 def contradictions(atoms: Iterable[Atom]) -> list[tuple[Atom, Atom]]:
-    """The pairs of atoms of one utterance whose claims, about the same turn, cannot both be meant."""
+    """Pairs of atoms in one utterance whose claims about the same turn exclude each other."""
     return [
         (one, other)
         for one, other in combinations(atoms, 2)
@@ -548,14 +548,14 @@ class Utterance(str):
     atoms: tuple[Atom, ...]
 
     def __new__(cls, text: str = "", atoms: tuple[Atom, ...] = ()) -> "Utterance":
-        """Make an utterance of a text and the atoms that it consists of."""
+        """Make an utterance of a text and its atoms."""
         self = str.__new__(cls, text)
         self.atoms = atoms
         return self
 
     @classmethod
     def of(cls, atoms: Sequence[Atom]) -> "Utterance":
-        """Join the texts of atoms, of which one that shares a text with another may have none."""
+        """Join the texts of atoms; an atom that shares its text with another may have none."""
         return cls(" ".join(atom.text for atom in atoms if atom.text), tuple(atoms))
 
     def __reduce__(self) -> tuple[Any, ...]:

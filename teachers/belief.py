@@ -1,8 +1,7 @@
-"""What a student believes that can only see and hear: worlds that agree with what it saw, weighed by what was said.
+"""The belief of a student: worlds that agree with its observations, weighted by the claims that it heard.
 
-The worlds are those by which `teachers.information` measures claims. A claim is taken as it is said, by `Claim.means`,
-and a world in which it does not hold counts less. Nothing else is believed: neither rewards that were not said nor the
-ground of a claim.
+It uses the worlds of `teachers.information`. `Claim.means` decides whether a claim holds in a world; a world where it
+does not hold weighs less. The belief uses neither unstated rewards nor the context of claims.
 """
 
 import math
@@ -14,19 +13,19 @@ import numpy.typing as npt
 
 from teachers.atoms import Atom, Claim, HedgedClaim, Moment, Scope
 from teachers.common import Reward
-from teachers.information import DrawnWorld, Grounds, Information
+from teachers.information import DrawnWorld, Information, PosteriorContext
 from teachers.spec import check_range
 from worlds.posteriors import NoWorldError
 
 __all__ = ["DRAWS", "Belief", "Sealed"]
 
 DRAWS = 8
-"""Draws for each of the worlds that are asked for, at most."""
+"""Most draws per requested world."""
 _ENOUGH = 0.25  # of the worlds have to count, as many equal weights would, or more are drawn
 
 
 class Sealed:
-    """A moment in the info of a student that draws worlds. Only `Belief.see` opens it, which draws from it."""
+    """A moment in the info of a student that draws worlds. Only `Belief.see` reads it."""
 
     __slots__ = ("_moment",)
 
@@ -35,32 +34,31 @@ class Sealed:
 
 
 class Belief(Information):
-    """Worlds that a student cannot distinguish from its own, each weighed by the claims that it has heard.
+    """Worlds that a student cannot distinguish from its own, each weighted by the claims that it has heard.
 
-    In each turn, `see` what happened, then `learn` what was said.
+    In each turn, call `see` with what happened, then `learn` with what was said.
 
-    A world has the weight (1 - trust) ** n, where n claims do not hold in it and the fewest that do not hold in any
-    drawn world are not counted. So a claim that holds in none of them changes nothing. Before it is ignored, more
-    worlds are drawn, up to `DRAWS` for each of `worlds`; so are they where only few of them count. In worlds of
-    chance, where hardly any two rewards are equal, a reward that is said is taken for that of the turn, at any trust
-    above 0, unless no world pays it.
+    A world has the weight (1 - trust) ** (n - m): n flat claims do not hold in it, and m is the least n of all drawn
+    worlds. So a claim that holds in no drawn world changes nothing. Before it is ignored, more worlds are drawn, up to
+    `DRAWS` for each of `worlds`; the same happens if few worlds have weight. If rewards are random, so that hardly any
+    two are equal, a stated reward becomes the reward of its turn at any trust above 0, unless no world pays it.
 
-    Hedged claims are not among these n. Each has a factor: where a claim of probability p does not hold, a world counts
-    1 - trust + trust * (1 - p) / p as much as where it does; for a flat claim, with p = 1, that would be 1 - trust.
+    A hedged claim of probability p multiplies the weight of a world where it does not hold by
+    1 - trust + trust * (1 - p) / p; for a flat claim, with p = 1, that is 1 - trust.
 
     Args:
-        grounds, worlds: as of `Information`; the oracle has values.
+        context, worlds: as in `Information`; the oracle has values.
         rng: draws the worlds.
-        trust: 0 to 1; 0: nothing that is said counts, 1: no world counts in which more is false than in others.
+        trust: 0 to 1. 0 ignores all claims; with 1, only worlds with the fewest false claims have weight.
 
     Raises:
         ValueError: an argument is not allowed.
     """
 
     def __init__(
-        self, grounds: Grounds, rng: np.random.Generator, worlds: int | None = None, trust: float = 1.0
+        self, context: PosteriorContext, rng: np.random.Generator, worlds: int | None = None, trust: float = 1.0
     ) -> None:
-        super().__init__(grounds, rng, worlds)
+        super().__init__(context, rng, worlds)
         check_range("trust", trust, 0, 1)
         self._trust = trust
         self._first = 0  # the turn that was seen first
@@ -73,11 +71,11 @@ class Belief(Information):
 
     @property
     def ignored(self) -> int:
-        """Number of claims that are ignored now: as many do not hold in any world that counts."""
+        """Number of claims that the belief ignores: as many are false in every world with weight."""
         return self._refused + self._conflicts
 
     def see(self, moment: "Moment[Any] | Sealed") -> None:
-        """What has happened in the next turn; the first that is seen is taken for the opening."""
+        """Note the next turn; the first one becomes the opening."""
         moment = moment._moment if isinstance(moment, Sealed) else moment
         if moment == self._last:
             return  # it has asked, and hears more
@@ -90,7 +88,7 @@ class Belief(Information):
         super().see(moment._replace(reward=0.0, success=False, turn=turn))  # it has not heard these
 
     def forget(self) -> None:
-        """Forget all that was said, as if the next turn were the first; what was seen is part of the posterior."""
+        """Forget all claims, as if the next turn were the first; the posterior keeps what was seen."""
         self._heard.clear()
         self._rewards.clear()
         self._refused = self._conflicts = 0
@@ -102,16 +100,16 @@ class Belief(Information):
         return tuple(dict.fromkeys(claim for claim, *_ in self._heard if claim.scope is Scope.FAMILY))
 
     def keep(self, rules: Iterable[Claim[Any]]) -> None:
-        """Count claims that were heard in an earlier world of the town, as if they were said before the opening."""
+        """Add claims from an earlier world of the town, as if they were said before the opening."""
         self._heard += [(rule, 0, -1) for rule in rules]
 
     def learn(self, atoms: Iterable[Atom], read: Sequence[Atom] = ()) -> None:
-        """What was said, each of a turn that was seen; others are of another student's actions. Weigh worlds anew.
+        """Note what was said, and weigh worlds anew. Atoms about unseen turns are skipped: another student acted there.
 
         Args:
-            atoms: with their claims.
-            read: those of them that were read in words of others. What they name need not be there in every world, and
-                where they cannot be checked they are false.
+            atoms: what was said.
+            read: the atoms among these that were read from text. They may name things that some worlds lack; a claim
+                whose check raises an error in a world is false there.
         """
         now = len(self._moments) - 1
         self._read.update(atom.claim for atom in read)
@@ -127,12 +125,12 @@ class Belief(Information):
         self._weigh()
 
     def weight(self, world: DrawnWorld) -> float:
-        """The weight of a world beside those that were drawn."""
+        """The weight of any world, on the scale of the drawn worlds."""
         fewest = min(self._conflicts, false := self._false(world))
         return float((1 - self._trust) ** (false - fewest)) * self._likelihood(world)
 
     def regrets(self) -> npt.NDArray[np.float64]:
-        """What each action loses now in the mean, shape (actions,); infinite if it is best in no world that counts.
+        """Mean regret of each action now, shape (actions,); infinite if the action is best in no world with weight.
 
         An action that is best nowhere may lose least in the mean, such as to stay between two goals, and teach nothing.
         """
@@ -150,7 +148,7 @@ class Belief(Information):
             return False
 
     def _weigh(self) -> None:
-        """Draw worlds, and weigh them."""
+        """Draw worlds and compute their weights."""
         while True:
             self._begin()
             self._left = DRAWS * self._worlds
@@ -165,7 +163,7 @@ class Belief(Information):
         self.rest()
 
     def _draw(self) -> None:
-        """Draw until enough worlds count and some world agrees with all claims that were not ignored before."""
+        """Draw until enough worlds have weight and one agrees with all claims that were not ignored before."""
         known: dict[int, DrawnWorld] = {}  # the same draw is the same world
         false: list[int] = []
         while self._left:
@@ -189,7 +187,7 @@ class Belief(Information):
         self._conflicts = min(false)
 
     def _likelihood(self, world: DrawnWorld) -> float:
-        """How much a world counts by the hedged claims, beside those in which all of these hold."""
+        """The factor of a world by the hedged claims; 1 if all of them hold."""
         if world.likelihood is None:
             world.likelihood = math.prod(
                 self._doubt(claim)
@@ -199,7 +197,7 @@ class Belief(Information):
         return world.likelihood
 
     def _false(self, world: DrawnWorld, limit: float = math.inf) -> int:
-        """Number of flat claims that do not hold in a world; of more than `limit`, as many as are found."""
+        """Number of flat claims that do not hold in a world; counting stops above `limit`."""
         if world.false is None:
             world.false = 0
             for i, (claim, about, _) in enumerate(self._heard):

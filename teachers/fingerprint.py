@@ -13,7 +13,7 @@ _BYTES = 8
 
 
 class Fingerprints:
-    """Fingerprints of truths and actions. What truths share by reference, such as a map, is hashed once."""
+    """Fingerprints of truths and actions. Objects that truths share, such as a map, are hashed once."""
 
     def __init__(self) -> None:
         self._known: dict[int, tuple[Any, bytes]] = {}

@@ -1,14 +1,14 @@
 """How much a claim says: how improbable it was to a student that knows what it has seen and heard.
 
-Worlds that the student cannot distinguish from its own are drawn by the family's posterior, given its own actions, all
-observations and the rewards that were said. Those in which some claim that it has heard is false are left out. The
-bits of a claim are minus the binary logarithm of the share of the others in which it is true. A claim is taken as it is
-said, by `Claim.means`: what only its ground says is neither measured nor known.
+The family's posterior draws worlds that the student cannot distinguish from its own, given its actions, all
+observations and the stated rewards. Worlds that contradict a claim that the student has heard are dropped. The bits of
+a new claim are minus the binary logarithm of the share of the remaining worlds where it is true. `Claim.means` decides
+that: the ground of a claim is neither measured nor known.
 
-A hedged claim of probability p leaves no world out: those in which it does not hold count (1 - p) / p as much as the
-others. Its bits are those by which it changes what the student holds probable of it, from the share s of worlds in
-which it is true to q = p s / (p s + (1 - p) (1 - s)): q log2(q / s) + (1 - q) log2((1 - q) / (1 - s)), which is the
-Kullback-Leibler divergence of the weighed worlds from the others. For p = 1 these are the bits of a flat claim.
+A hedged claim of probability p drops no world: a world where it does not hold weighs (1 - p) / p times as much as the
+others. It changes the student's probability of the claim from s, the share of worlds where it is true, to
+q = p s / (p s + (1 - p) (1 - s)). Its bits are q log2(q / s) + (1 - q) log2((1 - q) / (1 - s)), the Kullback-Leibler
+divergence of the weighted worlds from the unweighted ones. For p = 1 these are the bits of a flat claim.
 """
 
 import math
@@ -25,14 +25,14 @@ from teachers.spec import is_count
 from worlds.posteriors import Draw, NoWorldError, Posterior
 from worlds.world import WorldTurn
 
-__all__ = ["LEAST", "TRIES", "WORLDS", "Bits", "Gain", "Grounds", "Information"]
+__all__ = ["LEAST", "TRIES", "WORLDS", "Bits", "Gain", "Information", "PosteriorContext"]
 
 WORLDS = 256
-"""Number of worlds by which a claim is measured."""
+"""Number of worlds that measure a claim."""
 TRIES = 40
-"""Draws for each of them, at most: what was heard leaves only some of the worlds that were drawn."""
+"""Most draws per world: claims that were heard drop some of the drawn worlds."""
 LEAST = 30
-"""Number of worlds below which a claim is not measured, unless fewer are wanted."""
+"""Fewest worlds that measure a claim, unless fewer are requested."""
 _LEVEL = 0.95
 _GRID = 101  # shares of an interval, at which bits are computed
 
@@ -41,23 +41,23 @@ class Bits(NamedTuple):
     """How much a claim said to a student when it heard it."""
 
     worlds: int
-    """Number of worlds by which it was measured; if it is 0, `why` says why."""
+    """Number of worlds that measured it; if 0, `why` says why."""
     held: int
-    """Number of those in which it is true."""
+    """Number of these worlds where it is true."""
     saved: float | None = None
-    """Regret that it saves in the next action: in the worlds in which it is true, the mean regret of what seemed best
-    before (of equal actions their mean) less that of what seems best now. None without worlds, and where the family's
-    actions have no values.
+    """Regret that it saves in the next action, averaged over the worlds where it is true: the regret of the action that
+    seemed best before (the mean of tied actions) minus the regret of the action that seems best now. None without
+    worlds, and if the family's actions have no values.
     """
     why: str = ""
     p: float = 1.0
-    """The probability with which it is said; 1 if it is flat."""
+    """Its probability; 1 for a flat claim."""
 
     @property
     def bits(self) -> float | None:
-        """Minus the binary logarithm of the share of worlds in which it is true; if it is hedged, see this module.
+        """Minus the binary logarithm of the share of worlds where it is true; for a hedged claim, see this module.
 
-        If a flat claim is true in none of them, what it says at least, by the end of `interval`. None without worlds.
+        If a flat claim is true in no world, the lower end of `interval`. None without worlds.
         """
         if not self.worlds:
             return None
@@ -67,12 +67,12 @@ class Bits(NamedTuple):
 
     @property
     def at_least(self) -> bool:
-        """Whether it says at least `bits`, since it is true in none of the worlds."""
+        """Whether `bits` is only a lower bound, since the claim is true in no world."""
         return self.worlds > 0 and not self.held and self.p == 1
 
     @property
     def interval(self) -> tuple[float, float]:
-        """The 95 % interval of the bits, from that of the share by Clopper and Pearson; the end may be infinite."""
+        """The 95 % interval of the bits, from the Clopper-Pearson interval of the share; the end may be infinite."""
         from scipy.stats import binomtest
 
         if not self.worlds:
@@ -90,7 +90,7 @@ class Bits(NamedTuple):
 
     @property
     def described(self) -> str:
-        """The text with what it saves, or why it is unknown."""
+        """The text with the saved regret, or the reason why nothing is known."""
         saved = "" if self.saved is None else f", saves {self.saved:.2g} of regret"
         return f"{self}{saved}{f': {self.why}' if self.why else ''}"
 
@@ -102,7 +102,7 @@ class Bits(NamedTuple):
 
 
 def _divergence(share: npt.ArrayLike, p: float) -> npt.NDArray[np.float64]:
-    """The bits of claims that are hedged with probability p, given the shares of worlds in which they are true."""
+    """The bits of claims hedged with probability p, given the shares of worlds where they are true."""
     from scipy.special import rel_entr
 
     s = np.asarray(share, float)
@@ -112,28 +112,28 @@ def _divergence(share: npt.ArrayLike, p: float) -> npt.NDArray[np.float64]:
 
 
 class Gain(NamedTuple):
-    """How much several claims have said together, as far as it was measured."""
+    """How much several claims have said together."""
 
     claims: int = 0
-    """Number of claims that were measured."""
+    """Number of measured claims."""
     unknown: int = 0
-    """Number of claims that were not, since no worlds were found."""
+    """Number of claims that could not be measured: no worlds were found."""
     bits: float = 0.0
-    """Sum of their bits."""
+    """Sum of the bits of the measured claims."""
     at_least: int = 0
-    """Number of claims whose bits are only a bound from below."""
+    """Number of claims whose bits are only a lower bound."""
     words: int = 0
-    """Number of words of the claims that were measured."""
+    """Number of words of the measured claims."""
     valued: int = 0
-    """Number of those of which it is known what they save."""
+    """Number of measured claims with a known saving."""
     valued_bits: float = 0.0
-    """Sum of the bits of these."""
+    """Sum of the bits of the claims with a known saving."""
     saved: float = 0.0
     """Sum of the regret that they save."""
 
     @classmethod
     def of(cls, text: str, bits: Bits) -> "Gain":
-        """What one claim has said in a text."""
+        """The gain from one claim, given its text."""
         if bits.bits is None:
             return cls(unknown=1)
         valued = (0, 0.0, 0.0) if bits.saved is None else (1, bits.bits, bits.saved)
@@ -146,38 +146,38 @@ class Gain(NamedTuple):
 
     @property
     def bits_per_word(self) -> float | None:
-        """Bits in a word; None without words."""
+        """Bits per word; None without words."""
         return self.bits / self.words if self.words else None
 
     @property
     def saved_per_bit(self) -> float | None:
-        """Regret saved by a bit of the claims of which both are known; None without bits."""
+        """Saved regret per bit, of the claims with a known saving; None without bits."""
         return self.saved / self.valued_bits if self.valued_bits else None
 
 
-class Grounds(NamedTuple):
-    """By which it is found out what a student can know."""
+class PosteriorContext(NamedTuple):
+    """What is needed to infer what a student can know."""
 
     posterior: Posterior[Any]
     """Draws worlds."""
     oracle: Oracle[Any, Any]
-    """Starts in these: another one than that of a teacher, with a lab of its own."""
+    """Judges the drawn worlds; not the teacher's oracle, and with a lab of its own."""
 
 
 class DrawnWorld:
-    """A world that was drawn."""
+    """A world that the posterior has drawn."""
 
     def __init__(self, draw: Draw[Any], moments: Sequence[Moment[Any]]) -> None:
         self.draw, self._moments = draw, moments
         self.regrets: npt.NDArray[np.float64] | None = None
-        """What each action loses now, shape (actions,); None as long as it is not computed."""
+        """Regret of each action now, shape (actions,); None until it is computed."""
         self.false: int | None = None
-        """Number of flat claims that do not hold in it; None as long as they are not counted."""
+        """Number of flat claims that do not hold in it; None until they are counted."""
         self.likelihood: float | None = None
-        """How much it counts by hedged claims, 0 to 1; None as long as it is not computed."""
+        """Its factor by the hedged claims, 0 to 1; None until it is computed."""
 
     def moment(self, turn: int) -> Moment[Any]:
-        """The moment of a turn, as it is in this world."""
+        """The moment of a turn in this world."""
         action, reward, after, success, _ = self.draw[turn]
         before = None if action is None else self.draw[turn - 1].truth
         own = self._moments[turn]  # `_replace` takes half as long again
@@ -185,14 +185,14 @@ class DrawnWorld:
 
 
 class Information:
-    """What a student can know in an episode, and how much it is told.
+    """What a student can know in an episode, and how much claims tell it.
 
-    For each turn, `see` what happened, then `hear` what was said of it.
+    In each turn, call `see` with what happened, then `hear` with what was said.
 
     Args:
-        grounds: by which it is found out.
+        context: the posterior that draws worlds, and the oracle that judges them.
         rng: draws the worlds, apart from all streams of the lesson.
-        worlds: number of worlds by which a claim is measured; None: `WORLDS`.
+        worlds: number of worlds that measure a claim; None: `WORLDS`.
 
     Raises:
         ValueError: `worlds` is not an integer of at least 1.
@@ -200,11 +200,11 @@ class Information:
 
     _trust = 1.0  # in what is heard
 
-    def __init__(self, grounds: Grounds, rng: np.random.Generator, worlds: int | None = None) -> None:
+    def __init__(self, context: PosteriorContext, rng: np.random.Generator, worlds: int | None = None) -> None:
         worlds = WORLDS if worlds is None else worlds
         if not is_count(worlds):
             raise ValueError(f"worlds must be an integer of at least 1, got {worlds!r}")
-        self._posterior, self._oracle = grounds
+        self._posterior, self._oracle = context
         self._rng, self._worlds = rng, worlds
         # Few worlds, which are drawn again and again.
         self._keeps = self._posterior.exact and not self._posterior.chancy
@@ -221,7 +221,7 @@ class Information:
         self._why = ""  # there are no more worlds
 
     def see(self, moment: Moment[Any]) -> None:
-        """What has happened, the opening first; a turn that comes again takes the place of all from there on."""
+        """Note a turn, the opening first. An earlier turn replaces itself and all turns after it."""
         turn = moment.turn
         if self._moments[turn:] and self._moments[turn] is moment:
             return  # the student has asked, and hears more of it
@@ -237,23 +237,23 @@ class Information:
         self._begin()
 
     def hear(self, atoms: Sequence[Atom]) -> tuple[Bits, ...]:
-        """How much each of some claims says, given all that was seen and heard before, the claims before it included.
+        """How much each claim says, given all that was seen and heard, earlier claims of this call included.
 
-        A claim that is true in none of the worlds is not believed; what comes after it is measured without it.
+        A claim that is true in no world is not believed: it does not affect the claims after it.
         """
         return tuple(map(self._hear, atoms))
 
     def weigh(self, atom: Atom) -> Bits:
-        """How much a claim would say now; it is not heard."""
+        """How much a claim would say now. The student does not hear it."""
         return self._measure(atom.claim, atom.about_turn)[0]
 
     def worlds(self) -> tuple[Draw[Any], ...]:
-        """Worlds that agree with all that was seen and heard: as many as claims are measured by, or fewer."""
+        """Worlds that agree with all that was seen and heard; at most as many as measure a claim."""
         self._fill()
         return tuple(world.draw for world in self._pool)
 
     def rest(self) -> None:
-        """Give up the draws that have begun, so that it can be copied; others begin when they are needed."""
+        """Drop the running generator of draws, which cannot be copied; a new one starts when needed."""
         self._draws = None
 
     def _hear(self, atom: Atom) -> Bits:
@@ -272,7 +272,7 @@ class Information:
         return bits
 
     def _measure(self, claim: Claim, about: int) -> tuple[Bits, list[DrawnWorld]]:
-        """How much a claim says, and the worlds in which it is true."""
+        """How much a claim says, and the worlds where it is true."""
         self._fill()
         after = [world for world in self._pool if self._is_true(claim, about, world)]
         if len(self._pool) < min(LEAST, self._worlds):
@@ -283,7 +283,7 @@ class Information:
         return Bits(len(self._pool), len(after), self._saved(self._pool, after)), after
 
     def _measure_hedge(self, claim: HedgedClaim, held: list[DrawnWorld]) -> tuple[Bits, list[DrawnWorld]]:
-        """The same of a hedged claim, given the worlds in which it is true."""
+        """How much a hedged claim says, and a sample of the weighted worlds; `held` are the worlds where it is true."""
         true, doubt = set(map(id, held)), self._doubt(claim)
         after = [world for world in self._pool if id(world) in true or self._rng.random() < doubt]
         weights = [1.0 if id(world) in true else doubt for world in self._pool]
@@ -303,7 +303,7 @@ class Information:
         return next(self._draws)
 
     def _fill(self) -> None:
-        """Draw until there are enough worlds that agree with what was heard, or all tries are used up."""
+        """Draw until enough worlds agree with what was heard, or no tries are left."""
         try:
             while len(self._pool) < self._worlds and self._left:
                 self._left -= 1
@@ -314,9 +314,9 @@ class Information:
             self._why, self._left = f"{error}", 0
 
     def _agrees(self, world: DrawnWorld) -> bool:
-        """Whether all that was heard is true in a world; what is not is asked of the next world first.
+        """Whether all that was heard is true in a world. A claim that fails here is the first to be checked next time.
 
-        A world in which a hedged claim is false agrees as often as it counts.
+        A world where a hedged claim is false passes with the probability of its factor, `_doubt`.
         """
         for i, (claim, about, _) in enumerate(self._heard):
             if not self._is_true(claim, about, world):
@@ -327,11 +327,11 @@ class Information:
         return True
 
     def _doubt(self, claim: HedgedClaim) -> float:
-        """How much a world counts in which a hedged claim is false, beside one in which it is true."""
+        """Weight of a world that violates a hedge, relative to a world that does not."""
         return 1 - self._trust + self._trust * (1 - claim.p) / claim.p
 
     def _is_true(self, claim: Claim, about: int, world: DrawnWorld) -> bool:
-        """Whether a claim is true in a world, as it is said."""
+        """Whether a claim is true in a world, by what it `means`."""
         moment, bare = world.moment(about), unhedged(claim)
         said = bare.within(world.moment, about)
         keeps = self._keeps and said is bare  # or it is about more than the moment
@@ -347,7 +347,7 @@ class Information:
     def _saved(
         self, before: Sequence[DrawnWorld], after: Sequence[DrawnWorld], weights: Sequence[float] | None = None
     ) -> float | None:
-        """See `Bits.saved`; the weights are those of the worlds after, which are equal by default."""
+        """See `Bits.saved`; `weights` are those of the worlds `after`, equal by default."""
         best = self._best(before)
         if best is None or not after:
             return None
@@ -355,9 +355,9 @@ class Information:
         return float(now[best].mean() - now.min())
 
     def _saved_by_others(self, best: npt.NDArray[np.int64] | None) -> float | None:
-        """See `Bits.saved`, where other worlds were drawn than those in which `best` were the best actions.
+        """See `Bits.saved`; `best` are the best actions in worlds that were replaced by new draws.
 
-        One half of them chooses, the other half judges: an action judged by the worlds that chose it seems too good.
+        One half of the new worlds chooses actions and the other half judges them, to avoid optimistic bias.
         """
         halves = self._pool[::2], self._pool[1::2]
         if best is None or not all(halves):
@@ -369,9 +369,9 @@ class Information:
         return saved
 
     def _best(self, worlds: Sequence[DrawnWorld]) -> npt.NDArray[np.int64] | None:
-        """The actions that lose least in the mean, to within twice its standard error; None without values.
+        """The actions of least mean regret, to within twice its standard error; None without values.
 
-        Of equal ones the worlds that happen to be drawn would choose one, but the student has drawn others.
+        They count as tied: the drawn worlds would choose one of them by chance, and the student has drawn others.
         """
         if not (self._values and worlds) or self._moments[-1].over:
             return None
@@ -382,7 +382,7 @@ class Information:
     def _mean_regrets(
         self, worlds: Sequence[DrawnWorld], weights: Sequence[float] | None = None
     ) -> npt.NDArray[np.float64]:
-        """The mean of what each action loses, shape (actions,)."""
+        """Mean regret of each action, shape (actions,)."""
         lost = [self._regrets_in(world) for world in worlds]
         means: npt.NDArray[np.float64] = np.average(lost, axis=0, weights=weights)
         return means

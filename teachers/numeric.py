@@ -1,4 +1,4 @@
-"""Personalities that choose by numbers: what was trained in the teacher's seat, with its numbers, teaches anywhere."""
+"""Personalities that choose kinds by numbers, so that a policy trained in the teacher's seat can teach anywhere."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from teachers.feedback import BIT
+from teachers.feedback import of_subset
 from teachers.personality import Claims, Personality, Stage, View
 
 __all__ = ["ChoosesKinds"]
@@ -21,15 +21,15 @@ class _Choice(Stage["ChoosesKinds"]):
             raise ValueError(f"{self.spec} needs a lesson, whose turns are known; play it in an environment")
         numbers = view.numbers(view.moment, {claim.kind for claim in claims}, view.asked)
         subset = self.spec.choose(np.array(numbers, np.float32))
-        return [claim for claim in claims if claim.kind is None or subset & BIT[claim.kind]]
+        return of_subset(claims, subset)
 
 
 @dataclass(frozen=True)
 class ChoosesKinds(Personality, ABC):
-    """Says the kinds of feedback that `choose` returns, of what the oracle, or the personality before it, has to say.
+    """Passes on the claims of the kinds that `choose` returns.
 
-    A subclass overrides `choose`. It sees what a teacher with `speech="kinds"` and `teacher_numbers=True` observes in
-    an episode: `available`, then `features`; where the student can ask, `asked` is the first.
+    A subclass overrides `choose`. Its numbers are those that a teacher with `speech="kinds"` and
+    `teacher_numbers=True` observes: `asked`, if the student can ask, then `available`, then `features`.
     """
 
     stage = _Choice
@@ -41,8 +41,8 @@ class ChoosesKinds(Personality, ABC):
 
     @abstractmethod
     def choose(self, numbers: npt.NDArray[Any]) -> int:
-        """The subset of the kinds to say, 0 to 31, bit i for kind i.
+        """The kinds to say, as a subset's number, 0 to 31: bit i is kind i.
 
         Args:
-            numbers: float32 of shape (10,), or (11,) where the student can ask.
+            numbers: float32 of shape (10,), or (11,) if the student can ask.
         """

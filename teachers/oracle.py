@@ -1,4 +1,4 @@
-"""The interface of oracles, which state what is true of a turn from the truth of a world."""
+"""The interface of oracles, which read a world's truth and state true claims about a turn."""
 
 import sys
 from abc import ABC, abstractmethod
@@ -13,7 +13,7 @@ from teachers.common import Reward
 
 ALL_KINDS = frozenset(KINDS)
 POSTERIOR, EXACT = "posterior", "exact posterior"
-"""What a student cannot know can be drawn, without rejections if it is exact: abilities that a family adds."""
+"""Abilities that a family adds: it has a posterior over what the student cannot know; exact: without rejections."""
 ABILITIES = ("values", "importance", "plan", "regret", "hindsight", "advice", "hints", "clues", POSTERIOR, EXACT)
 """Abilities that an oracle may have and a personality may need; see `Oracle.abilities`."""
 
@@ -21,14 +21,15 @@ _reward = fast_constructor(Reward)
 
 
 class RefusalError(TypeError):
-    """Raised by an oracle that is asked for something that it cannot compute."""
+    """An oracle cannot compute what was requested."""
 
 
 class Oracle(ABC, Generic[TruthT, WorldT]):
     """States what is true of one world.
 
     A subclass implements `_basics`, `_hindsight` and `_advice`; `_practice` and `_solution` if it gives such
-    instructions; and what it can of `values`, `importance`, `plan` and `regret`. Claims are true and worth saying.
+    instructions; and as many of `values`, `importance`, `plan` and `regret` as it can compute. Its claims are true and
+    worth saying.
 
     Args:
         scratch: makes a scratch world of the taught world's class and options.
@@ -39,11 +40,11 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
     feedback_types: ClassVar[tuple[FeedbackType, ...]] = KINDS
     """The supported kinds of feedback."""
     needs_truth: ClassVar[bool] = True
-    """Whether it, or one of its claims, ever reads a truth."""
+    """Whether the oracle or one of its claims reads truths."""
     max_importance: ClassVar[float] = 1.0
     """The upper bound of `importance`."""
     tier: ClassVar[str] = ""
-    """How much a planner has found out, such as `exact` (see `teachers.planning`); empty for an oracle without one."""
+    """The tier of the planner, such as `exact` (see `teachers.planning`); empty without a planner."""
 
     _rewarded = _reward(0.0)  # said last, and again while rewards do not change
 
@@ -59,9 +60,9 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
     def abilities(cls) -> frozenset[str]:
         """The members of `ABILITIES` that it has.
 
-        A method counts if the class overrides it; importance, plan and regret, which follow from `values`, count with
-        it, and so do clues. `hindsight` is hp and hn among the feedback types, `advice` is fp, `hints` are fp claims
-        with coarser ones.
+        A class has the ability of each method that it overrides; `values` also gives importance, plan and regret. It
+        has `hindsight` if hp and hn are among its feedback types, `advice` if fp is, and `hints` if some fp claims
+        have coarser ones.
         """
         own = {
             name
@@ -91,7 +92,7 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
             truth: the world's truth at the start.
             instruction_type: `b` has goal, actions and syntax; `p` adds hindsight on some actions that the oracle
                 tries; `c` adds enough to infer an optimal policy.
-            rng: draws the actions of `p`. All other claims follow from the truth.
+            rng: draws the actions of `p`; nothing else is random.
 
         Raises:
             ValueError: `p` without a generator.
@@ -145,7 +146,7 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
     def clues(self, truth: TruthT) -> tuple[Claim, ...]:
         """True claims of kind fp or fn that help with the task and name no action, from little to much.
 
-        None where the task is done. `judge` does not give them.
+        Empty once the task is done. `judge` does not return them.
         """
         return ()
 
@@ -154,7 +155,7 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
         return None
 
     def stated_values(self, truth: TruthT) -> tuple[float, ...] | None:
-        """The values as they are said: those of `values`, without what only decides between equal ones."""
+        """The values as phrases state them: those of `values` without tie-breaking terms."""
         return self.values(truth)
 
     def importance(self, truth: TruthT) -> float:
@@ -166,7 +167,7 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
         return 0.0 if values is None else max(values) - min(values)
 
     def plan(self, truth: TruthT, n: int) -> tuple[Any, ...]:
-        """At most `n` actions of an optimal policy from here on; empty where none is known.
+        """At most `n` actions of an optimal policy from here on; empty if none is known.
 
         By default the action of the greatest value, if there are values and they differ.
         """
@@ -176,7 +177,7 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
         return (values.index(max(values)),)
 
     def way(self, truth: TruthT, action: Any, horizon: int) -> tuple[Any, ...]:
-        """The action and then those of `plan`, until the task is solved; none if that takes more than `horizon`."""
+        """The action, then `plan`'s, until the task is solved; empty if that takes more than `horizon` actions."""
         moment, way = Moment.opening(truth), [action]
         for _ in range(horizon):
             moment = self.try_out(moment, way[-1])
@@ -200,9 +201,9 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
         return lost
 
     def idle(self, truth: TruthT) -> float:
-        """Value lost by a turn in which no action was executed, because the student's text was none.
+        """Value lost by a turn without an action, because the student's text did not parse.
 
-        By default what the worst action loses; override it where a turn has another value.
+        By default the regret of the worst action; override it if such a turn has another value.
 
         Raises:
             RefusalError: the oracle has no values.
@@ -240,8 +241,10 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
 def claims_of(module: str) -> tuple[type[Claim], ...]:
     """The claim classes that a module defines, in its order; bases of claims have names that begin with `_`.
 
-    A package may define them in its module `claims`; these come after those of its `__init__`.
+    A package may define them in its module `claims`, after those of its `__init__`; or list them in `CLAIMS`.
     """
+    if (listed := getattr(sys.modules[module], "CLAIMS", None)) is not None:
+        return tuple(listed)
     inner = f"{module}.claims"
     return tuple(
         value

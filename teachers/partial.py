@@ -1,13 +1,14 @@
-"""What a teacher can say that does not know everything: it asks an oracle in all worlds that may be the true one."""
+"""Oracles that do not see the truth: they ask the family's oracle in every world that may be the true one."""
 
 from collections.abc import Set
 from typing import Any
 
 import numpy as np
+from typing_extensions import override
 
 from teachers.atoms import KINDS, Claim, FeedbackType, Moment
 from teachers.common import hedge
-from teachers.information import DrawnWorld, Grounds, Information
+from teachers.information import DrawnWorld, Information, PosteriorContext
 from teachers.spec import unknown
 from worlds.posteriors import Draw, NoWorldError, random_walk
 from worlds.world import WorldTurn
@@ -15,28 +16,27 @@ from worlds.world import WorldTurn
 __all__ = ["EVIDENCE", "PartialOracle"]
 
 EVIDENCE = ("student", "rewards", "walk")
-"""What a partial oracle can have seen; see `PartialOracle`."""
+"""What a partial oracle may see; see `PartialOracle`."""
 _NEAR = 1e-9  # differences of shares below this are rounding
 
 
 class PartialOracle(Information):
-    """States what is true in the worlds that agree with its evidence, each with the share of them in which it is.
+    """States what is true in the worlds that agree with its evidence, each claim with its probability.
 
-    Its evidence is what the student sees, `student`; that and all rewards, `rewards`; or that and a random walk of its
-    own with its rewards, which it has made from the same opening, `walk`. What was said is none, the instruction
-    included.
+    The evidence is what the student sees, `student`; that and all rewards, `rewards`; or that and a random walk of its
+    own, with rewards, from the same opening, `walk`. Neither claims nor the instruction are evidence.
 
-    The family's oracle is asked in every world that agrees with the evidence where the posterior can list them,
-    elsewhere in so many worlds that are drawn from it. What the oracle says in more than half of them is said:
-    flatly if it holds in all of them, else with the share in which it holds. So what is said flatly is true where
-    worlds are listed. Where they are drawn, what holds in all of n worlds is false with a mean probability of
-    1 / (n + 2), if all shares are equally likely beforehand (Laplace's rule of succession).
+    If the posterior can list all worlds that agree with the evidence, the family's oracle judges each of them; else it
+    judges `worlds` draws. A claim that the oracle makes in more than half of them is said: flatly if it holds in all,
+    else with the share of worlds where it holds. So flat claims are true if worlds are listed. If they are drawn, a
+    claim that holds in all of n draws is false with a mean probability of 1 / (n + 2), given a uniform prior of its
+    share (Laplace's rule of succession).
 
     Args:
-        grounds, worlds: as of `Information`.
+        context, worlds: as in `Information`.
         rng: draws the worlds and the walk.
         sees: one of `EVIDENCE`.
-        steps: actions of the walk, at most.
+        steps: most actions of the walk.
 
     Raises:
         ValueError: an argument is not allowed.
@@ -44,21 +44,21 @@ class PartialOracle(Information):
 
     def __init__(
         self,
-        grounds: Grounds,
+        context: PosteriorContext,
         rng: np.random.Generator,
         worlds: int | None = None,
         *,
         sees: str = "student",
         steps: int = 10,
     ) -> None:
-        super().__init__(grounds, rng, worlds)
+        super().__init__(context, rng, worlds)
         if sees not in EVIDENCE:
             raise ValueError(unknown("evidence", sees, EVIDENCE))
         self._sees, self._steps = sees, steps
         self._walk: list[WorldTurn[Any]] = []
 
+    @override
     def see(self, moment: Moment[Any]) -> None:
-        """What has happened, as of `Information`."""
         super().see(moment)
         if not moment.turn and self._sees == "walk":
             self._walk = self._walked(moment.after)
@@ -66,11 +66,11 @@ class PartialOracle(Information):
             self._rewards[moment.turn] = moment.turn
 
     def hear(self, atoms: Any) -> tuple[()]:
-        """Nothing that is said is evidence."""
+        """Ignore claims, which are no evidence."""
         return ()
 
     def possible(self) -> list[tuple[Draw[Any], float]]:
-        """The worlds that may be the true one, each with its probability; none if no world could be drawn."""
+        """The worlds that may be the true one, each with its probability; empty if no world could be drawn."""
         turns = tuple(turn._replace(reward_known=i in self._rewards) for i, turn in enumerate(self._turns))
         try:
             listed = self._posterior.every(turns, self._walk)
@@ -80,7 +80,7 @@ class PartialOracle(Information):
         return listed or [(draw, 1 / len(drawn)) for draw in drawn]
 
     def judge(self, kinds: Set[FeedbackType]) -> list[Claim[Any]]:
-        """The claims of the wanted kinds about what was seen last, in speaking order."""
+        """The claims of the wanted kinds about the last moment, in speaking order."""
         worlds = [(self._moment_in(draw), draw[0].truth, share) for draw, share in self.possible()]
         shares: dict[Claim[Any], float] = {}
         said: list[frozenset[Claim[Any]]] = []

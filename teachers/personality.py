@@ -1,4 +1,4 @@
-"""Personalities, which choose, delay, change or withhold an oracle's claims before they are said.
+"""Personalities choose, delay, change or withhold an oracle's claims.
 
 A personality is a frozen value in a module of its name under `teachers/personalities/`. Without memory it is a
 function, decorated by `personality`; with memory it is a dataclass, whose fields are its parameters, and a `Stage`,
@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Concatenate, Generic, ParamSpec, Protocol, TypeVar, get_type_hints, overload
 
 import numpy as np
+from typing_extensions import override
 
 from teachers import personalities
 from teachers.atoms import Claim
@@ -36,7 +37,7 @@ __all__ = [
 ]
 
 Claims = Sequence[Claim[Any]]
-"""Claims in the order in which they are said."""
+"""Claims in speaking order."""
 P = ParamSpec("P")
 S = TypeVar("S", bound="Personality")
 
@@ -56,7 +57,7 @@ class Stage(ABC, Generic[S]):
 
     @abstractmethod
     def speak(self, claims: Claims, view: View) -> Claims:
-        """The claims to say, given those of the oracle or of the stage before. Called once a turn."""
+        """The claims to say, given those of the oracle or of the previous stage. Called once a turn."""
 
 
 class Personality(Spec):
@@ -72,12 +73,12 @@ class Personality(Spec):
 
     @property
     def needs(self) -> frozenset[str]:
-        """The abilities that the oracle must have, of `teachers.oracle.ABILITIES`."""
+        """The `teachers.oracle.ABILITIES` that the oracle must have."""
         return frozenset()
 
     @property
     def honest(self) -> bool:
-        """Whether all claims that it says are true if those that it is given are."""
+        """Whether all its claims are true, given true claims."""
         return True
 
     @property
@@ -87,41 +88,41 @@ class Personality(Spec):
 
     @property
     def evidence(self) -> str:
-        """What it has seen if it does not see the truth, one of `teachers.partial.EVIDENCE`; else empty."""
+        """What it sees in place of the truth, one of `teachers.partial.EVIDENCE`; empty if it sees the truth."""
         return ""
 
     @property
     def transparent(self) -> bool:
-        """Whether it passes on every claim unchanged, so that it need not be called."""
+        """Whether it passes on every claim unchanged; then it is not called."""
         return False
 
     @property
     def mute(self) -> bool:
-        """Whether it withholds every claim, so that neither it nor the oracle need be called."""
+        """Whether it withholds every claim; then neither it nor the oracle is called."""
         return False
 
     def start(self, rng: np.random.Generator) -> Stage[Any]:
         """The stage for one episode."""
         return self.stage(self, rng)
 
-    # In arrays: what a class overrides beside `stage` if all that it does is to withhold or to delay kinds of claims.
+    # In arrays: for a class that only withholds or delays kinds of claims, what it overrides beside `stage`.
 
     row_memory: ClassVar[int] = 0
-    """How many numbers its stage remembers in a row, beside `row_delay`; 0 at the opening."""
+    """How many numbers its stage remembers per row, in addition to `row_delay`; all are 0 at the opening."""
 
     @property
     def row_delay(self) -> int:
-        """By how many turns it delays all that is said; its stage remembers as many numbers more."""
+        """By how many turns it delays all claims; its stage remembers one number more for each."""
         return 0
 
     def speak_rows(self, kinds: Kinds, memory: Floats, moments: Moments[Any], oracle: OracleBatch[Any]) -> Kinds:
         """The kinds to say in some rows: `Stage.speak` in arrays.
 
         Args:
-            kinds: those that the oracle or the stage before leaves.
-            memory: the numbers, shape (rows, numbers), which are changed in place.
-            moments: the moments to speak of, in the same rows.
-            oracle: for what can be found out of their states.
+            kinds: the kinds that the oracle or the previous stage says.
+            memory: what the stage remembers, shape (rows, numbers); changed in place.
+            moments: the moments to speak about, in the same rows.
+            oracle: computes values and stakes of their states.
         """
         return np.zeros_like(kinds) if self.mute else kinds
 
@@ -132,10 +133,10 @@ class Personality(Spec):
         return True in always or fits(cls, "stage", "speak_rows")
 
     def __or__(self, after: "Personality") -> "Pipeline":
-        """A pipeline of both, in which the second gets the claims that the first passes on; the order matters.
+        """A pipeline: the second personality gets the claims that the first passes on.
 
-        `harsh | mistake(eps=1)` errs about blame, and so praises what was wrong; `mistake(eps=1) | harsh` errs about
-        everything and keeps what then is blame: of what was right.
+        The order matters: `harsh | mistake(eps=1)` turns blame into false praise; `mistake(eps=1) | harsh` turns all
+        claims false and keeps the false blame.
         """
         if not isinstance(after, Personality):
             raise TypeError(f"what stands behind | must be a personality, such as harsh(), got {after!r}")
@@ -158,7 +159,7 @@ class Memoryless(Personality):
 
 
 class _Decorator(Protocol):
-    """Turns a function into a class, which type checkers see as a function of the parameters."""
+    """Turns a function into a class; type checkers see a function of the parameters."""
 
     @overload
     def __call__(
@@ -181,7 +182,8 @@ def personality(
     """Return a decorator that turns a function into a personality without memory; it is called once a turn.
 
     The function takes the claims, the view and, if it draws, a random stream; then the parameters by keyword, each with
-    a default. Its name becomes that of a frozen class of these parameters: `mistake(eps=0.2)` is a personality.
+    a default. The decorator makes a frozen class with the function's name and these parameters: `mistake(eps=0.2)` is
+    a personality.
 
         @personality(source="B-Pref eps_mistake", honest=False)
         def mistake(claims: Claims, view: View, rng: np.random.Generator, *, eps: Share = 0.1) -> Claims:
@@ -228,7 +230,7 @@ def personality(
 
 
 def _read(function: Callable[..., Claims]) -> tuple[bool, dict[str, Any]]:
-    """Whether the function of a personality draws, and its parameters with their defaults."""
+    """Whether the function of a personality takes a random stream, and its parameters with their defaults."""
     signature = inspect.signature(function)
     each = signature.parameters.values()
     first = [str(one.replace(annotation=one.empty)) for one in each if one.kind is not one.KEYWORD_ONLY]
@@ -260,34 +262,34 @@ class _InTurn(Stage["Pipeline"]):
 
 @dataclass(frozen=True)
 class Pipeline(Personality):
-    """Personalities that are applied from left to right."""
+    """Applies personalities from left to right."""
 
     stages: tuple[Personality, ...]
     stage = _InTurn
 
     @property
     def needs(self) -> frozenset[str]:
-        """What any stage needs."""
+        """The needs of all stages."""
         return frozenset().union(*(stage.needs for stage in self.stages))
 
     @property
+    @override
     def transparent(self) -> bool:
-        """Whether every stage is."""
         return all(stage.transparent for stage in self.stages)
 
     @property
     def mute(self) -> bool:
-        """Whether the last stage is: a stage after a mute one may add claims."""
+        """Whether the last stage is mute: a stage after a mute one may add claims."""
         return self.stages[-1].mute
 
     @property
+    @override
     def honest(self) -> bool:
-        """Whether every stage is."""
         return all(stage.honest for stage in self.stages)
 
     @property
+    @override
     def reveals(self) -> bool:
-        """Whether every stage may reveal the action to take."""
         return all(stage.reveals for stage in self.stages)
 
     def __str__(self) -> str:
@@ -295,14 +297,14 @@ class Pipeline(Personality):
 
 
 def stages_of(personality: Personality) -> tuple[Personality, ...]:
-    """The stages of a pipeline; of any other personality, itself."""
+    """The stages of a pipeline; any other personality is its own only stage."""
     return personality.stages if isinstance(personality, Pipeline) else (personality,)
 
 
 def check_served(
     personality: Personality, oracle: Oracle | type[Oracle], beside: Collection[str] = frozenset()
 ) -> None:
-    """Check that an oracle has the abilities that a personality needs, but for those that are given `beside`.
+    """Check that an oracle and the abilities `beside` it have all that a personality needs.
 
     Raises:
         ValueError: some are missing; the message names them.

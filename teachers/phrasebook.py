@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from typing_extensions import override
 
 from teachers.atoms import UNDECORATED, Atom, Claim, FeedbackType, Utterance, is_decorated, path_of, slots_of
 from teachers.common import Late, Probably
@@ -31,16 +32,16 @@ class _Templates(dict[type[Claim], tuple[Template, ...]]):
 
 
 class Phrasebook:
-    """The paraphrases of every claim class, which all say exactly the same.
+    """The paraphrases of every claim class; those of one class all say exactly the same.
 
     Args:
-        phrases: per claim class name the templates; slots, with format specs, are as in `teachers.atoms.slots_of`.
+        phrases: the templates by name of the claim class; `teachers.atoms.slots_of` gives their slots.
         claims: the classes that must have phrases, and no others.
         source: where the phrases come from, for error messages.
 
     Raises:
         ValueError: one error that lists every claim without phrases, phrase without claim, unknown slot,
-            slot that some paraphrases leave out, duplicate, and number of paraphrases outside 4 to 20.
+            slot that some paraphrases leave out, duplicate, and class with fewer than 4 or more than 20 paraphrases.
     """
 
     def __init__(self, phrases: dict[str, list[str]], claims: Sequence[type[Claim]], source: str) -> None:
@@ -52,20 +53,20 @@ class Phrasebook:
     def _set(self, templates: _Templates) -> None:
         self._templates = templates
         self._drawn = {cls: (cache_key(cls), each, len(each)) for cls, each in templates.items() if cls not in _FRAMES}
-        """Per claim class but those of `_FRAMES`, what `say` needs for a random paraphrase."""
+        """What `say` needs for a random paraphrase, by claim class; those of `_FRAMES` are left out."""
 
     def __or__(self, other: "Phrasebook") -> "Phrasebook":
-        """Both together."""
+        """A phrasebook with the phrases of both."""
         both = object.__new__(Phrasebook)
         both._templates = _Templates(self._templates | other._templates)
         both._drawn = self._drawn | other._drawn
         return both
 
     def toned(self, tone: Tone, own: Mapping[str, list[str]], source: str) -> "Phrasebook":
-        """The same phrasebook in a tone: with the phrases in `own` where there are any, else with plain ones in frames.
+        """The phrasebook in a tone: the phrases in `own`, and for all other classes plain ones in frames.
 
         Raises:
-            ValueError: one error that lists all problems of `own`, whose slots must be those of the plain phrases.
+            ValueError: one error that lists all problems of `own`; its slots must be those of the plain phrases.
         """
         words = Phrasebook(dict(own), [cls for cls in self._templates if cls.__name__ in own], source)
         problems = []
@@ -102,7 +103,7 @@ class Phrasebook:
         return sum(len(sentence.split()) for sentence in sentences) / len(sentences)
 
     def say(self, claims: Sequence[Claim], turn: int, draws: "Draws", paraphrase: Paraphrase) -> Utterance:
-        """Put claims into words. One number is drawn for each claim, used or not."""
+        """Put claims into words. It draws one number for each claim, used or not."""
         atoms = []
         texts = []
         ways = self._drawn if paraphrase == "random" else {}
@@ -131,7 +132,7 @@ class Phrasebook:
     def sentences_of(
         self, claims: Sequence[Claim], numbers: Sequence[float], paraphrase: Paraphrase
     ) -> tuple[str, ...]:
-        """The sentence of each claim that `say` would draw by these numbers; no voice rewrites it."""
+        """The sentence that `say` makes of each claim with these numbers, before a voice rewrites it."""
         return tuple(atom.text for atom in Phrasebook.say(self, claims, 0, Drawn(numbers), paraphrase).atoms)
 
     def _word(self, claim: Claim, draw: float, paraphrase: Paraphrase) -> str:
@@ -166,13 +167,13 @@ class Rewriting(Phrasebook):
         return twin
 
     def say(self, claims: Sequence[Claim], turn: int, draws: "Draws", paraphrase: Paraphrase) -> Utterance:
-        """Put claims into words and rewrite these."""
+        """Put claims into words and rewrite the sentences."""
         said, self.changes = rewrite(super().say(claims, turn, draws, paraphrase), self._voice)
         return said
 
 
 def _kind(cls: type[Claim]) -> FeedbackType | None:
-    """The kind by which a class is framed: none for claims that differ in kind or are not about the student."""
+    """The kind whose frames surround a class's phrases; None for classes of no fixed kind or not about the student."""
     return cls.kind if isinstance(cls.kind, FeedbackType) and not cls.tried else None
 
 
@@ -198,7 +199,7 @@ class Draws:
 
 
 class Drawn(Draws):
-    """Numbers that were drawn before.
+    """Numbers from an earlier draw.
 
     Args:
         numbers: one for each claim.
@@ -207,8 +208,8 @@ class Drawn(Draws):
     def __init__(self, numbers: Sequence[float]) -> None:
         self.numbers = list(numbers)
 
+    @override
     def take(self, n: int) -> int:
-        """All of them."""
         return 0
 
 
@@ -235,7 +236,7 @@ def check_paraphrase(paraphrase: Paraphrase) -> Paraphrase:
 
 
 def _format(template: Template, claim: Claim, inner: str | None) -> str:
-    """The sentence for a claim, with that of the claim in it, if there is one."""
+    """The sentence for a claim; `inner` is the sentence of the claim that it wraps, if any."""
     if inner is None:
         return template.format(claim)
     own = {name: getattr(claim, name) for name in slots(template.source) - {_TEXT}}
@@ -333,8 +334,8 @@ def make_phrasebook(phrases: Phrases, claims: Sequence[type[Claim]], voice: Voic
 
     Args:
         phrases: the paraphrases by claim class or name of the class; or the path of a TOML file that has them by name,
-            at its top or in a table per voice, of which `plain` must be complete.
-        claims: the classes that can be named.
+            at its top or in one table per voice; `plain` must be complete.
+        claims: the classes that phrases can name.
         voice: the tone: a name, the path of a file, or a function that rewrites a sentence.
 
     Raises:

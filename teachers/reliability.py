@@ -1,4 +1,4 @@
-"""The reliability of hedges: whether of many of them as many hold as their probabilities say."""
+"""The reliability of hedges: whether claims hold as often as their probabilities say."""
 
 import math
 from collections import Counter
@@ -11,29 +11,29 @@ __all__ = ["FEW", "LEVEL", "Bin", "Reliability", "share_of_clusters"]
 LEVEL = 0.05
 """A teacher whose hedges deviate with a smaller p-value is not calibrated."""
 FEW = 10
-"""Episodes below which nothing is said of a teacher whose hedges do not deviate."""
+"""Fewest episodes to call a teacher calibrated."""
 
 
 class Bin(NamedTuple):
-    """The hedged claims whose probability lies between two tens of per cent."""
+    """The hedged claims with probabilities in one interval of 10 per cent."""
 
     low: float
-    """The lower end, as 0.5; the upper one, 0.1 above, belongs to the next."""
+    """Lower end of the interval, such as 0.5; its upper end, 0.1 above, is excluded."""
     sentences: int
     said: float
     """Mean of their probabilities."""
     held: float
-    """Share of them that hold."""
+    """Share of the claims that hold."""
 
 
 def share_of_clusters(clusters: Iterable[tuple[int, int]]) -> tuple[float, float]:
-    """A 95 % interval of a share, as of a survey's: what lies in a cluster, such as an episode, may be alike.
+    """The 95 % interval of a proportion from a cluster sample: sentences of one episode may be alike.
 
-    It is that of Clopper and Pearson for as many independent sentences as would vary as much (Korn and Graubard
-    1998); where all of them are such or none is, for one sentence a cluster.
+    It is the Clopper-Pearson interval with the effective sample size of Korn and Graubard (1998); if all sentences
+    are hits or none is, the effective size is the number of clusters.
 
     Args:
-        clusters: the number of sentences of each, and how many of these are such; there must be a sentence.
+        clusters: the number of sentences and the number of hits of each cluster; at least one sentence in all.
     """
     from scipy.stats import beta, t
 
@@ -52,7 +52,7 @@ class Reliability:
     """How often hedged claims hold, by the probability with which they were said."""
 
     episodes: list[Counter[tuple[float, bool]]] = field(default_factory=list)
-    """By episode the number of sentences by their probability and by whether what they hedge holds."""
+    """Per episode, the number of sentences for each probability and whether the hedged claim holds."""
 
     def add(self, hedges: Iterable[tuple[float, bool]]) -> None:
         """Add the hedged claims of an episode, each with its probability and whether it holds."""
@@ -61,12 +61,12 @@ class Reliability:
 
     @property
     def counts(self) -> Counter[tuple[float, bool]]:
-        """Number of all sentences likewise."""
+        """The same number over all episodes."""
         return sum(self.episodes, Counter())
 
     @property
     def scores(self) -> list[float]:
-        """By episode the sum of (held - p) (1 - 2 p), whose mean is 0 if the probabilities are right."""
+        """Per episode, the sum of (held - p) (1 - 2 p); its mean is 0 if the probabilities are right."""
         return [sum(n * (held - p) * (1 - 2 * p) for (p, held), n in each.items()) for each in self.episodes]
 
     @property
@@ -98,7 +98,7 @@ class Reliability:
 
     @property
     def error(self) -> float | None:
-        """Expected calibration error: mean over claims of what `said` and `held` of their bin differ by."""
+        """Expected calibration error: mean over claims of |said - held| of their bin."""
         total = sum(each.sentences * abs(each.said - each.held) for each in self.bins)
         return total / self.sentences if self.sentences else None
 
@@ -106,8 +106,7 @@ class Reliability:
     def p_value(self) -> float:
         """The p-value of Spiegelhalter's test (1986) that all probabilities are right; 1 with fewer than two episodes.
 
-        Hedges of an episode depend on each other, so its sums by episode are compared with their own variance, by
-        Student's distribution.
+        Hedges of one episode depend on each other, so Student's t test compares the sums of the episodes.
         """
         from scipy.stats import t
 
@@ -118,7 +117,7 @@ class Reliability:
     def verdict(self) -> str:
         """`overconfident`, `timid`, or `calibrated` if neither is found at `LEVEL`; empty without claims.
 
-        With fewer than `FEW` episodes neither could be found, so that it is too early for a verdict.
+        With fewer than `FEW` episodes it is `too few to tell` in place of `calibrated`.
         """
         if not self.sentences:
             return ""
@@ -140,5 +139,5 @@ class Reliability:
 
 
 def _ten(p: float) -> int:
-    """The ten of per cent in which a probability lies."""
+    """The index of a probability's interval of 10 per cent."""
     return round(100 * p) // 10

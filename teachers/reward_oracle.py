@@ -23,7 +23,7 @@ class RewardOracle(Oracle):
         return Maximize(), Syntax(expected=self.lab.action_syntax)
 
     def _hindsight(self, claims: list[Claim], moment: Moment, kinds: Set[FeedbackType]) -> None:
-        """Nothing: the reward is stated by the base class."""
+        """Nothing: the base class states the reward."""
 
     def _advice(self, claims: list[Claim], moment: Moment, kinds: Set[FeedbackType]) -> None:
         """Nothing."""

@@ -1,4 +1,4 @@
-"""Rules: claims about every world of a town, checked in worlds that are drawn from it."""
+"""Rules: claims about every world of a town, checked in sampled worlds of the town."""
 
 from abc import abstractmethod
 from collections.abc import Callable, Set
@@ -14,23 +14,23 @@ from worlds.world import World
 __all__ = ["WORLDS", "TownRule"]
 
 WORLDS = 200
-"""Number of worlds of a town in which a rule is checked."""
+"""Number of worlds of a town that check a rule."""
 _STREAM = 0x70305  # the seeds of these worlds, which are the same for all rules and towns
 
 
 @claim
 class TownRule(Claim[TruthT, WorldT]):
-    """Base of claims that are true if some world of the town shows it, and none the contrary; false without a town.
+    """Base of claims about a town: true if some world of the town supports it and none contradicts it.
 
-    `holds` never looks at the law of a town: it has to be seen in worlds. `means`, which judges worlds that a student
-    draws, each of a town of its own, looks at the law that is in their truth.
+    Without a town it is false. `holds` does not read the law of the town but looks at worlds. `means` judges worlds
+    that a student draws, each of a town of its own, so it reads the law in their truth.
     """
 
     scope = Scope.FAMILY
 
     @abstractmethod
     def fits(self, truth: TruthT) -> bool | None:
-        """Whether it is true of one world, of which this is a truth; the law in it must not be read. None: unknown."""
+        """Whether one world supports it, given its truth but not the law in it; None if the world does not tell."""
 
     @abstractmethod
     def means(self, moment: Moment[TruthT], oracle: Any) -> bool:
@@ -42,7 +42,7 @@ class TownRule(Claim[TruthT, WorldT]):
         return True in shown and False not in shown
 
     def shown(self, moment: Moment[TruthT], lab: WorldT) -> Set[bool | None]:
-        """What `fits` finds in the moment's world and in `WORLDS` others of the town, in these once for all moments."""
+        """The results of `fits` in the moment's world and in `WORLDS` others of the town, which are cached."""
         if lab.options.get("town") is None:
             return set()
         return {self.fits(moment.after)} | _shown(self, _town_of(lab))
@@ -50,7 +50,7 @@ class TownRule(Claim[TruthT, WorldT]):
 
 @dataclass(frozen=True)
 class _Town:
-    """What the worlds of a town have in common, as a key of caches."""
+    """What all worlds of a town share, as a cache key."""
 
     world: type[World[Any]]
     options: str

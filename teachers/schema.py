@@ -1,4 +1,4 @@
-"""What can be said in a family: as JSON Schema, and as claims that are made from JSON, strictly and within bounds."""
+"""The claims that a family allows, as JSON Schema; reads claims from JSON, strictly and within bounds."""
 
 import math
 import re
@@ -36,7 +36,7 @@ MOST_CLAIMS, MOST_ITEMS, LONGEST_TEXT = 32, 64, 8192
 MOST_CHARACTERS = 32_768
 """The most characters of a message's claims together, as Python writes them."""
 GREATEST_INTEGER, GREATEST_NUMBER = 9_999, 1e9
-"""Bounds of numbers of either sign, where a field has none of its own: a check takes time or memory by some of them."""
+"""Largest magnitudes of numbers in fields without a `Range`; some checks take time or memory in proportion."""
 _DEEPEST = 4  # lists in lists, of an action whose form only the world knows
 
 
@@ -45,22 +45,21 @@ class Message(NamedTuple):
 
     claims: tuple[Claim, ...]
     text: str
-    """The policy's own words for them; empty: the voice has to find some."""
+    """The policy's own words for the claims; if empty, the voice words them."""
     problems: tuple[str, ...]
-    """For each claim that could not be made the reason."""
+    """The reason for each claim that could not be read."""
 
 
 class Vocabulary:
-    """The claims of feedback that can be made of JSON: those of a family, and those of all families.
+    """The claims of feedback that can be read from JSON: those of a family, and those of all families.
 
-    A claim is an object with its class in `type`, and its fields. Actions of a verdict may be left out where there is a
-    moment: it is on the student's last. Left out are instructions, verdicts on what was tried before the episode,
-    notices, claims that are hedged or come late, and those that compare turns. The ground of a `Grounded` claim is not
-    known, so that it is checked by what it `means`.
+    A claim is an object with its class in `type`, and its fields. A verdict on the student's last action may omit the
+    action if there is a moment. Excluded are instructions, verdicts on actions tried before the episode, notices,
+    hedged and late claims, and comparisons of turns. A `Grounded` claim has no ground here; `means` checks it.
 
     Args:
-        claims: the classes of a family. A class of all families is called `common.Name` where the family has its name.
-        oracle: its lab decides which actions there are; None: only their form is checked.
+        claims: the classes of a family. If a class of all families has the same name, it is called `common.Name`.
+        oracle: its lab checks actions; None checks only their form.
     """
 
     def __init__(self, claims: Iterable[type[Claim]], oracle: Oracle | None = None) -> None:
@@ -73,7 +72,7 @@ class Vocabulary:
 
     @classmethod
     def of(cls, oracle: Oracle) -> "Vocabulary":
-        """That of an oracle."""
+        """The vocabulary of an oracle."""
         return cls(oracle.claims(), oracle)
 
     def __eq__(self, other: object) -> bool:
@@ -121,10 +120,10 @@ class Vocabulary:
         }
 
     def data_of(self, claim: Claim) -> dict[str, Any]:
-        """A claim as JSON values, of which `claim_of` makes it again.
+        """A claim as JSON values; `claim_of` reads them back.
 
         Raises:
-            ValueError: its class cannot be said.
+            ValueError: the vocabulary lacks its class.
         """
         if type(claim) not in self._names:
             raise ValueError(unknown("claim", type(claim).__name__, self.classes))
@@ -132,14 +131,14 @@ class Vocabulary:
         return {TYPE: self._names[type(claim)], **values}
 
     def claim_of(self, data: Any, moment: Moment[Any] | None = None) -> Claim:
-        """The claim of some JSON values, or the claim itself if it is one.
+        """Read a claim from JSON values; a claim is returned as it is.
 
         Args:
             data: the values.
-            moment: has the student's last action, for verdicts that leave it out.
+            moment: gives the student's last action to verdicts that omit it.
 
         Raises:
-            ValueError: there is none: the message names the field, what was got and what is allowed.
+            ValueError: the values are no claim; the message names the field, what was got and what is allowed.
         """
         if isinstance(data, Claim):
             data = self.data_of(data)
@@ -184,7 +183,7 @@ class Vocabulary:
             raise ValueError(f"{where} must be {self._world.action_syntax}, got {_shown(action)}") from None
 
     def read(self, message: Any, moment: Moment[Any] | None = None) -> Message:
-        """Read a message, an object with `claims`, a list, and `text`, neither of which it needs to have."""
+        """Read a message: an object with a list `claims` and a `text`; both are optional."""
         if not isinstance(message, Mapping):
             return Message((), "", (f"a message must be an object with claims, got {_shown(message)}",))
         problems = [
@@ -222,7 +221,7 @@ class Vocabulary:
         return holds(claim, moment, self._oracle)
 
     def listing(self, kinds: Iterable[str] = tuple(FeedbackType)) -> str:
-        """The classes of some kinds with their fields and what they say, one a line, for a prompt."""
+        """The classes of some kinds for a prompt, one a line: name, fields, and when its claims are true."""
         wanted = set(kinds)
         lines = []
         for name, cls in self.classes.items():
@@ -236,13 +235,13 @@ _KEYS = ("claims", "text")
 
 
 def holds(claim: Claim, moment: Moment[Any], oracle: Oracle, voice: Phrasebook | None = None) -> bool:
-    """Whether a claim is true of a moment, by its check; by what it means if its ground is not known.
+    """Whether a claim is true of a moment, by `holds`, or by `means` if its ground is not known.
 
     Args:
         claim: any claim of the oracle's vocabulary, however strange.
-        moment: of the episode on which the oracle has started.
-        oracle: its lab is used.
-        voice: has to have words for it; None: it need not be said.
+        moment: a moment of the episode on which the oracle has started.
+        oracle: gives the lab.
+        voice: must have words for the claim; None skips this.
 
     Raises:
         ValueError: it cannot be checked or worded: the world knows no such thing.
@@ -258,10 +257,10 @@ def holds(claim: Claim, moment: Moment[Any], oracle: Oracle, voice: Phrasebook |
 
 
 def in_own_words(atoms: Sequence[Atom], text: str, voice: Phrasebook) -> Utterance:
-    """A text that a policy gives for its claims, as an utterance.
+    """Match the sentences of a policy's text to its claims, as an utterance.
 
-    Sentences are the text of a claim if the voice could say just these for it, apart from case, space and how they end.
-    All others have no claim, so that they count as unchecked; a claim that has none of them has no text.
+    A claim gets the sentences that exactly match one of its phrasings, apart from case, space and final punctuation.
+    Other sentences have no claim and count as unchecked; a claim without a match has no text.
     """
     left, placed = sentences_of(text), []
     bare = [_bare(each) for each in left]
@@ -290,7 +289,7 @@ def storable(text: str) -> str:
 
 
 def sentences_of(text: str) -> list[str]:
-    """The sentences of a text, as they are written; none ends within a quotation."""
+    """The sentences of a text, verbatim; none ends within a quotation."""
     cuts = [0, *(end.end() for end in _ENDS.finditer(text) if end[1]), len(text)]
     parts = (text[begin:end].strip() for begin, end in pairwise(cuts))
     return [part for part in parts if any(map(str.isalnum, part))]
@@ -320,7 +319,7 @@ def _actions_of(cls: Any) -> list[str]:
 
 
 def _may_lack(cls: type[Claim], field: str) -> bool:
-    """Whether a field is the student's own action, which the moment has."""
+    """Whether JSON may omit a field: the student's own action, which the moment gives."""
     return field == "action" and issubclass(cls, ActionClaim) and cls.kind in (HP, HN)
 
 
@@ -329,9 +328,9 @@ class _Form(NamedTuple):
 
     schema: dict[str, Any]
     allowed: str
-    """What it takes, in words."""
+    """The allowed values, in words."""
     read: Callable[[Any], Any]
-    """Gives Python's value; raises if it is not allowed."""
+    """Converts a JSON value; raises if it is not allowed."""
 
 
 def _forms(cls: Any) -> dict[str, _Form]:
@@ -343,7 +342,7 @@ def _known_forms(cls: Any) -> dict[str, _Form]:
     """The forms of a class's fields, in their order.
 
     Raises:
-        TypeError: a field has no form, or the name of the key that names the class.
+        TypeError: a field has an unsupported type, or is named like the key `TYPE`.
     """
     forms = {field.name: _form(field.type) for field in fields(cls)}
     if TYPE in forms:
@@ -352,7 +351,7 @@ def _known_forms(cls: Any) -> dict[str, _Form]:
 
 
 def _form(kind: Any, *notes: Any) -> _Form:
-    """The form of a type; of its notes count a `Range`, and a tuple of texts, which are all that are allowed."""
+    """The form of a type. Two annotations count: a `Range`, and a tuple of the only allowed texts."""
     if get_origin(kind) is Annotated:
         return _form(*get_args(kind))
     if get_origin(kind) is tuple:
@@ -419,7 +418,7 @@ def _number(value: Any, kind: type, low: float, high: float) -> Any:
 
 
 def _freeze(value: Any, depth: int = _DEEPEST) -> Any:
-    """An action as a value that can be a key, within all bounds."""
+    """An action as a hashable value, within all bounds."""
     if isinstance(value, list | tuple) and depth and len(value) <= MOST_ITEMS:
         return tuple(_freeze(item, depth - 1) for item in value)
     if isinstance(value, str):
@@ -431,21 +430,21 @@ _ANY = (-GREATEST_NUMBER, GREATEST_NUMBER)
 
 
 def _plain(value: Any) -> Any:
-    """A value of a claim as JSON's, members of enumerations by their names."""
+    """A field's value as JSON; members of enumerations become their names."""
     if isinstance(value, Enum):
         return f"{value}"
     return [_plain(item) for item in value] if isinstance(value, tuple) else value
 
 
 class _Shown(str):
-    """A text that is shown as it is."""
+    """A text whose repr is the text itself."""
 
     __slots__ = ()
     __repr__ = str.__str__
 
 
 def _shown(value: Any) -> str:
-    """An excerpt of what was got, of any size and depth."""
+    """A short description of any value, however large or deep."""
     if isinstance(value, str):
         return f"{value!r:.60}" if len(value) <= 60 else f"{value[:50]!r} and {len(value) - 50} characters more"
     if value is None or isinstance(value, bool | float) or (isinstance(value, int) and abs(value) < 10**30):
@@ -455,5 +454,5 @@ def _shown(value: Any) -> str:
 
 
 def names_of(cls: type[Claim]) -> dict[str, list[str]]:
-    """The fields of a class that are of an enumeration, each with all names."""
+    """The enumeration fields of a class, each with all names."""
     return {field: form.schema["enum"] for field, form in _forms(cls).items() if "enum" in form.schema}

@@ -1,4 +1,4 @@
-"""Spec strings such as `mistake(eps=0.1) | delayed(turns=2)`: frozen values that are written as text."""
+"""Spec strings such as `mistake(eps=0.1) | delayed(turns=2)`: frozen values as text."""
 
 import ast
 import dataclasses
@@ -45,10 +45,10 @@ Worlds = Annotated[int, Range(1, 100_000)]
 
 @dataclasses.dataclass(frozen=True)
 class Spec:
-    """A frozen dataclass that is named like its module; `str` gives its spec string.
+    """A frozen dataclass named like its module; `str` gives its spec string.
 
-    A class outside `package` is named as in Python: `str` shows the name, but no spec string finds it. Fields that are
-    annotated with a `Range` are checked, but for None in a field of `float | None`, and so are those of type `bool`.
+    A class outside `package` keeps its Python name; `str` shows it, but spec strings cannot name it. Fields annotated
+    with a `Range` and fields of type `bool` are checked; None passes in a field of `float | None`.
     """
 
     package: ClassVar[str] = ""
@@ -73,7 +73,7 @@ class Spec:
     @classmethod
     @cache
     def _checked(cls) -> tuple[tuple[str, type, Range | None], ...]:
-        """The fields that are checked, each with its type and its range; those of type `bool` have none."""
+        """The checked fields, each with its type and its range; `bool` has no range."""
         hints = get_type_hints(cls, include_extras=True)
         found: list[tuple[str, type, Range | None]] = []
         for field in dataclasses.fields(cls):
@@ -93,40 +93,40 @@ S = TypeVar("S", bound=Spec)
 
 
 def fits(cls: type, form: str, name: str) -> bool:
-    """Whether the class that defines an attribute also defines another form of it, so that both do the same."""
+    """Whether one class defines both attributes, so that `form` is another form of `name` and does the same."""
     owners = [next(base for base in cls.__mro__ if each in vars(base)) for each in (form, name)]
     return owners[0] is owners[1]
 
 
 @lru_cache(maxsize=1024)
 def signature_of(function: Callable[..., Any]) -> inspect.Signature:
-    """The signature of a class or a function; it is found once, since each environment that is made asks for some.
+    """The signature of a class or a function, cached since each new environment asks for some.
 
     Raises:
-        ValueError: it has none.
+        ValueError: it has no signature.
     """
     return inspect.signature(function)
 
 
 class SpecCall(NamedTuple):
-    """One part of a spec string: `name(key=value)` or `module:name(key=value)`; `str` gives it back."""
+    """One part of a spec string: `name(key=value)` or `module:name(key=value)`; `str` writes it."""
 
     name: str
     arguments: dict[str, Any]
-    """Keyword arguments in the order given; literals."""
+    """Keyword arguments in the given order; literals."""
     prefix: tuple[str, ...] = ()
-    """What stands before the name, each with a colon behind it: a module, `chat`, or `chat` and a module."""
+    """The parts before the name, each followed by a colon: a module, `chat`, or `chat` and a module."""
 
     def __str__(self) -> str:
         return call_string(self.path, self.arguments)
 
     @property
     def path(self) -> str:
-        """The name with its prefix; messages show it without the arguments, which may hold a secret."""
+        """The name with its prefix, for messages: arguments may hold a secret."""
         return ":".join((*self.prefix, self.name))
 
     def imported(self, what: str) -> tuple[ModuleType, Any]:
-        """The module of the last prefix, and what it has under the name; None if it has nothing.
+        """The module of the last prefix and its attribute of this name; None if it has none.
 
         Args:
             what: what the spec describes, for the message.
@@ -164,7 +164,7 @@ class SpecCall(NamedTuple):
             raise ValueError(f"{what} {self.path!r}: cannot call {self.name}{signature}: {error}") from None
 
     def make(self, what: str, cls: Callable[..., T]) -> T:
-        """The object that a class makes of the arguments.
+        """Make an object of a class from the arguments.
 
         Raises:
             ValueError: a parameter is unknown or missing, or a value is not allowed.
@@ -177,7 +177,7 @@ class SpecCall(NamedTuple):
 
 
 class Registry(Generic[S]):
-    """The specs of one base class, one in each module of a package.
+    """The specs of one base class: one in each module of a package.
 
     Args:
         what: what an entry is called in error messages.
@@ -194,7 +194,7 @@ class Registry(Generic[S]):
         return tuple(sorted(module.name for module in pkgutil.iter_modules(self._package.__path__)))
 
     def __getitem__(self, name: str) -> type[S]:
-        """The class of a name.
+        """The class of this name.
 
         Raises:
             ValueError: the registry has no such name, or the module cannot be imported or defines no such class.
@@ -228,7 +228,7 @@ class Registry(Generic[S]):
         return f"names with keyword arguments, such as `name` or `name(key=value)`; names: {', '.join(self.names)}"
 
     def parse(self, text: str) -> tuple[S, ...]:
-        """The specs that a string names, separated by `|`; it imports no module outside the package.
+        """The specs of a string, separated by `|`; no module outside the package is imported.
 
         Raises:
             ValueError: bad syntax, or a name, a parameter or a value is not allowed.
@@ -252,19 +252,19 @@ _TOKEN = re.compile(
 
 
 def parse_calls(what: str, text: Any, expected: str, prefixes: int = 0) -> tuple[SpecCall, ...]:
-    """The parts of a spec string, from left to right. It evaluates and imports nothing.
+    """The parts of a spec string, from left to right. Nothing is evaluated or imported.
 
         spec = part, {"|", part}
         part = {prefix, ":"}, name, ["(", [key, "=", literal, {",", key, "=", literal}], ")"]
 
-    A prefix is `chat` or the dotted name of a module; a literal is one of Python's. Brackets may enclose parts that
-    have no prefix.
+    A prefix is `chat` or the dotted name of a module; a literal is a Python literal. Brackets may enclose parts
+    without a prefix.
 
     Args:
         what: what the string describes, for the message.
         text: the spec string.
-        expected: the form that is expected, for the message.
-        prefixes: how many a part may have at most.
+        expected: the expected form, for the message.
+        prefixes: most prefixes of a part.
 
     Raises:
         ValueError: the text is not of this form.
@@ -289,7 +289,7 @@ def parse_calls(what: str, text: Any, expected: str, prefixes: int = 0) -> tuple
 
 
 def parse_call(what: str, text: Any, expected: str, prefixes: int = 0) -> SpecCall:
-    """The only part of a spec string; arguments as of `parse_calls`.
+    """The only part of a spec string; arguments as in `parse_calls`.
 
     Raises:
         ValueError: the text is not of this form, or has several parts.
@@ -301,12 +301,12 @@ def parse_call(what: str, text: Any, expected: str, prefixes: int = 0) -> SpecCa
 
 
 def bad_spec(what: str, text: object, expected: str) -> ValueError:
-    """The error for a spec string that has not the expected form."""
+    """The error for a spec string of the wrong form."""
     return ValueError(f"bad {what} spec {reprlib.repr(text)}; expected {expected}")
 
 
 def call_string(name: str, arguments: Mapping[str, Any]) -> str:
-    """A name with keyword arguments as a spec string has them."""
+    """A name with keyword arguments, as in a spec string."""
     given = ", ".join(f"{key}={value!r}" for key, value in arguments.items())
     return f"{name}({given})" if given else name
 
@@ -331,10 +331,10 @@ def _as_expression(text: str) -> str:
 
 
 def _call(node: ast.expr, prefixes: int) -> SpecCall:
-    """One part of a spec string, from its expression.
+    """Convert an expression into one part of a spec string.
 
     Raises:
-        ValueError or TypeError: the expression is no such part.
+        ValueError or TypeError: the expression has another form.
     """
     operands = [node]
     while isinstance(node, ast.BinOp) and isinstance(node.op, ast.MatMult):
@@ -363,8 +363,8 @@ def _dotted_name(node: ast.expr) -> str:
 def unknown(what: str, got: object, allowed: Iterable[str], where: str = "", near: Iterable[str] | None = None) -> str:
     """The message for a name that is not allowed: the nearest allowed names, then all of them.
 
-    With `where`, which says where to find the allowed names, they are counted instead of listed. `near` has the nearest
-    ones, where they are known better than by their letters.
+    `where` says where to find the allowed names; then the message counts them and does not list them. `near` has the
+    nearest names if something better than spelling finds them.
     """
     allowed = tuple(allowed)
     near = difflib.get_close_matches(str(got), allowed, n=3, cutoff=0.4) if near is None else [*near]
@@ -379,7 +379,7 @@ def check_range(name: str, value: Any, low: float, high: float, kind: type = flo
     """Check a parameter.
 
     Raises:
-        ValueError: the value is not a number of the kind, or outside `[low, high]`.
+        ValueError: the value is no number of this kind, or outside `[low, high]`.
     """
     allowed = (int,) if kind is int else (int, float)
     if isinstance(value, bool) or not isinstance(value, allowed) or not low <= value <= high:

@@ -8,7 +8,7 @@ import numpy as np
 from teachers.atoms import FN, FP, SILENCE, Atom, Claim, FeedbackType, Moment, ParseFailure, Utterance
 from teachers.common import MayAsk, NotUnderstood
 from teachers.feedback import ALL, MIXED, draw_kinds, format_kinds, parse_kinds
-from teachers.information import Grounds
+from teachers.information import PosteriorContext
 from teachers.oracle import POSTERIOR, Oracle
 from teachers.personality import Personality, Pipeline, View, check_served, parse_personality, stages_of
 from teachers.phrasebook import Drawn, Draws, Paraphrase, Phrasebook, Rewriting, check_paraphrase
@@ -20,9 +20,9 @@ _RAISES = "instruction type {!r} is not supported; allowed: {}"
 
 
 class Teacher:
-    """States claims of a student's turns, and words them. The only place where atoms are made.
+    """States claims about a student's turns and words them. Nothing else makes atoms.
 
-    In a lesson `teachers.session.Session` calls it. It is also a policy for a teacher's seat: `reset(rng)`, then
+    In a lesson `teachers.session.Session` calls it. It also serves as a policy for a teacher's seat: `reset(rng)`, then
     `act(observation, info)` with the privileged `moment` in the info.
 
     Args:
@@ -30,13 +30,13 @@ class Teacher:
         voice: the phrases.
         personality: a spec string such as `mistake(eps=0.1) | delayed(turns=2)`, or a `Personality`.
         instruction_type: `b`, `p` or `c`.
-        feedback_type: `a`, `n`, `m`, or kinds as `"r+hp"`, a set, a list or a tuple. It bounds what any
-            personality may say: it is applied last.
+        feedback_type: `a`, `n`, `m`, or kinds as `"r+hp"`, a set, a list or a tuple. It is applied last and bounds
+            what any personality may say.
         paraphrase: `"random"`, an integer or a callable `(templates, **slots) -> str`.
-        grounds: by which it finds out what the student can know, for personalities that need a posterior.
+        posterior_context: infers what the student can know, for personalities that need a posterior.
 
     Raises:
-        ValueError: an argument is not supported, or the personality needs what the oracle does not give.
+        ValueError: an argument is not supported, or the oracle lacks an ability that the personality needs.
     """
 
     def __init__(
@@ -48,15 +48,15 @@ class Teacher:
         instruction_type: str = "b",
         feedback_type: str | Iterable[str] = "a",
         paraphrase: Paraphrase = "random",
-        grounds: Grounds | None = None,
+        posterior_context: PosteriorContext | None = None,
     ) -> None:
         if not isinstance(oracle, Oracle):
             raise ValueError(f"oracle must be a teachers.oracle.Oracle, got {oracle!r}")
         self.oracle = oracle
         self.voice = voice
         self.personality = parse_personality(personality)
-        check_served(self.personality, oracle, abilities_of(grounds.posterior) if grounds else ())
-        self.grounds = grounds
+        check_served(self.personality, oracle, abilities_of(posterior_context.posterior) if posterior_context else ())
+        self.posterior_context = posterior_context
         self.paraphrase = paraphrase
         self.instruction_type = instruction_type
         self.feedback_type = feedback_type
@@ -96,12 +96,12 @@ class Teacher:
 
     @property
     def kinds(self) -> frozenset[FeedbackType]:
-        """The kinds that may be said at all."""
+        """The kinds that the feedback type allows."""
         return self._kinds
 
     @property
     def offered(self) -> tuple[Claim, ...]:
-        """The claims among which the personality chose last; none if it says all of them."""
+        """The claims that the personality last chose from; empty if it passes on all claims."""
         return self._offered if self._unasked is None else self.oracle.judge(*self._unasked)
 
     @property
@@ -114,16 +114,16 @@ class Teacher:
         self._paraphrase = check_paraphrase(value)
 
     def reset(self, rng: np.random.Generator) -> None:
-        """Begin an episode, with random streams that are spawned from a generator."""
+        """Begin an episode, with random streams spawned from a generator."""
         (seed,) = rng.bit_generator.seed_seq.spawn(1)  # type: ignore[attr-defined]  # NumPy's stubs leave it out
         self.begin(Seeds(int(seed.generate_state(1, np.uint64)[0])))
 
     def begin(self, seeds: Seeds, seat: int = 0, numbers: Callable[..., tuple[float, ...]] | None = None) -> None:
-        """Begin an episode, with a random stream each for oracle, personality, mixing and voice.
+        """Begin an episode, with separate random streams for oracle, personality, mixing and voice.
 
         Args:
-            seeds: those of the environment.
-            seat: number of the teacher, where there are several.
+            seeds: the seeds of the environment.
+            seat: number of the teacher if there are several.
             numbers: what its seat in a lesson observes in numbers, see `teachers.teacher_turn.TeacherTurn.numbers`.
         """
         self._seeds, self._seat = seeds, seat
@@ -133,32 +133,32 @@ class Teacher:
         if not self.personality.transparent:
             self._view = View(self.oracle, self.voice.words, numbers)
             if self.listens:
-                self._view.ground(self.grounds, self._stream("choice"))
+                self._view.infer_from(self.posterior_context, self._stream("choice"))
             # Always as a pipeline, so that a lone personality draws what it draws as the first of several.
             self._stage = Pipeline(stages_of(self.personality)).start(self._stream("personality"))
 
     @property
     def listens(self) -> bool:
-        """Whether it has to know what the student hears."""
+        """Whether the personality must know what the student hears."""
         return POSTERIOR in self.personality.needs
 
     def hear(self, atoms: Sequence[Atom]) -> None:
-        """Note all that the student has heard of the moment, also from others."""
+        """Note all that the student has heard in this turn, other teachers included."""
         self._view.hear([atom for atom in atoms if atom.claim not in self._brief])
 
     def _stream(self, name: str) -> np.random.Generator:
-        """One of the episode's random streams from its beginning; made when it is needed, since that is slow."""
+        """A random stream of the episode, from its start; making one is slow, so call this only when needed."""
         return self._seeds.stream(name, self._seat)
 
     def act(self, observation: Any, info: dict[str, Any]) -> Utterance:
-        """All that is said of the info's `moment`."""
+        """The utterance about the info's `moment`."""
         return self.speak(info["moment"])
 
     def speak(self, moment: Moment) -> Utterance:
-        """All that is said in one turn.
+        """The utterance of one turn.
 
-        At the opening the instruction comes first, then advice for the first action; after a text that
-        is no action a notice of what was expected.
+        At the opening the instruction comes first, then advice for the first action. After a text that did not parse,
+        a notice of what was expected comes first.
         """
         notice = self.notice(moment) if moment.before is None else ()
         said = self.say(notice + self.judge(moment), moment.turn)
@@ -171,7 +171,7 @@ class Teacher:
         return self.say(self.notice(moment), moment.turn)
 
     def notice(self, moment: Moment) -> tuple[Claim, ...]:
-        """What is said whatever the personality: the instruction, or that a text was no action."""
+        """The claims that no personality changes: the instruction, or the notice that a text did not parse."""
         action = moment.action
         if action is None:
             self.oracle.start(moment.after)
@@ -183,7 +183,7 @@ class Teacher:
         return ()
 
     def judge(self, moment: Moment) -> tuple[Claim, ...]:
-        """The claims of this turn after personality and bound. Call it once a turn."""
+        """The claims of this turn after personality and feedback type. Call it once a turn."""
         kinds = self._mix() if self._mixed else self._kinds
         if self._stage is None:
             return self.oracle.judge(moment, kinds) if kinds else ()
@@ -196,7 +196,7 @@ class Teacher:
         return self._choose(moment, kinds)
 
     def answer(self, moment: Moment) -> tuple[Claim, ...]:
-        """The advice of this turn, after personality and bound, for a student that asks."""
+        """The advice of this turn, after personality and feedback type, for a student that asks."""
         kinds = self._kinds & {FP, FN}
         if self._stage is None:
             return self.oracle.judge(moment, kinds) if kinds else ()
@@ -206,7 +206,7 @@ class Teacher:
         return self._choose(moment, kinds)
 
     def _choose(self, moment: Moment, kinds: frozenset[FeedbackType]) -> tuple[Claim, ...]:
-        """What the personality makes of what the oracle offers it."""
+        """The claims that the personality makes of the oracle's claims."""
         assert self._stage is not None  # noqa: S101  # a personality that is not transparent has one
         self._offered = self.oracle.judge(moment, kinds)
         return tuple(claim for claim in self._stage.speak(self._offered, self._view) if claim.kind in kinds)
@@ -219,11 +219,11 @@ class Teacher:
 
     @property
     def changes(self) -> tuple[Change, ...]:
-        """What a rewriting voice did to numbers and names in the last utterance; nothing with any other voice."""
+        """The numbers and names that a rewriting voice changed in the last utterance; empty for other voices."""
         return self.voice.changes if isinstance(self.voice, Rewriting) else ()
 
     def draw(self, count: int) -> list[float]:
-        """The numbers by which `say` would draw the words of this many claims; they are used up."""
+        """Draw the numbers with which `say` chooses the words of `count` claims."""
         begin = self._draws.take(count)
         return self._draws.numbers[begin : begin + count]
 
@@ -231,9 +231,9 @@ class Teacher:
         """Put claims into words.
 
         Args:
-            claims: what is said.
+            claims: the claims.
             turn: the number of the turn.
-            numbers: of `draw`, one for each claim; None: they are drawn now.
+            numbers: from `draw`, one for each claim; None draws them now.
         """
         if claims or type(self.voice) is Rewriting:  # which has to know that this time it changed nothing
             draws = self._draws if numbers is None else Drawn(numbers)

@@ -32,7 +32,7 @@ class Template:
         self.pattern = "".join(parts)
         self.values: Callable[[Any], Any] = attrgetter(*names) if names else _no_values
         self.cache: dict[Any, str] = {}
-        """Sentences that were made before, by `cache_key`."""
+        """Earlier sentences, by `cache_key`."""
 
     def format(self, claim: Any) -> str:
         """The sentence for a claim."""
@@ -40,7 +40,7 @@ class Template:
         return text
 
     def format_cached(self, key: Any, claim: Any) -> str:
-        """The sentence for a claim, which is added to the cache."""
+        """Make the sentence for a claim and cache it."""
         if len(self.cache) >= _CACHED:
             self.cache.clear()
         text = self.cache[key] = self.format(claim)
@@ -52,9 +52,9 @@ def _no_values(claim: Any) -> tuple[()]:
 
 
 def cache_key(cls: type[Claim]) -> Callable[[Any], Any] | None:
-    """The function that takes the fields of a claim as a key for caches; None for classes with too many claims.
+    """A function that makes a cache key of a claim's fields; None for classes with too many different claims.
 
-    Claims are few where all fields are integers or members of enumerations.
+    A class has few different claims if all its fields are integers or members of enumerations.
     """
     names = [field.name for field in fields(cls)]  # type: ignore[arg-type]  # a dataclass
     return attrgetter(*names) if names and all(_is_discrete(field.type) for field in fields(cls)) else None  # type: ignore[arg-type]  # a dataclass

@@ -1,4 +1,4 @@
-"""What long work shows on standard error, if that is a terminal."""
+"""Progress of long work on standard error, if that is a terminal."""
 
 import sys
 from types import TracebackType
@@ -11,7 +11,7 @@ __all__ = ["Waiting", "error_console", "hide", "show"]
 
 
 class _Display(Protocol):
-    """A display of rich."""
+    """A live display of rich."""
 
     def start(self) -> None: ...
     def stop(self) -> None: ...
@@ -21,7 +21,7 @@ _shown: list[_Display] = []  # only the last one is on the terminal, until it is
 
 
 def show(display: _Display) -> None:
-    """Start a display in place of the one that is on the terminal."""
+    """Start a display in place of the current one."""
     if _shown:
         _shown[-1].stop()
     _shown.append(display)
@@ -29,7 +29,7 @@ def show(display: _Display) -> None:
 
 
 def hide(display: _Display) -> None:
-    """Stop a display; the one that it took the place of goes on."""
+    """Stop a display and resume the one before."""
     if _shown and _shown[-1] is display:
         _shown.pop().stop()
         if _shown:
@@ -37,17 +37,17 @@ def hide(display: _Display) -> None:
 
 
 def error_console() -> "Console":
-    """Standard error, on which names such as `gym:cat:Cat-v0` stay as they are."""
+    """A console on standard error that prints names such as `gym:cat:Cat-v0` unchanged."""
     from rich.console import Console
 
     return Console(stderr=True, emoji=False, markup=False, highlight=False)
 
 
 class Waiting:
-    """Says what takes long, beside something that moves, if standard error is a terminal. It is a context.
+    """Context that shows a spinner and the current task, if standard error is a terminal.
 
     Args:
-        what: what is being done, such as "Preparing llf-gridworld-v0".
+        what: the task, such as "Preparing llf-gridworld-v0".
     """
 
     def __init__(self, what: str = "") -> None:
@@ -55,7 +55,7 @@ class Waiting:
         self._status: Any = None
 
     def say(self, what: str) -> None:
-        """Say what is done now."""
+        """Show another task."""
         from rich.text import Text
 
         self._what = what

@@ -1,4 +1,4 @@
-"""The view of a turn that a personality gets. It contains no template and no family."""
+"""What a personality sees of a turn. It knows no template and no family."""
 
 from collections.abc import Callable, Sequence, Set
 from typing import Any
@@ -22,7 +22,7 @@ from teachers.common import (
     sign_of,
 )
 from teachers.fingerprint import Fingerprints
-from teachers.information import Bits, Grounds, Information
+from teachers.information import Bits, Information, PosteriorContext
 from teachers.oracle import Oracle
 from teachers.witness import InformationT, Note, Witness
 
@@ -31,12 +31,12 @@ _EQUAL = 1e-9  # values that differ by less differ by rounding
 
 
 def first_of(kinds: Set[FeedbackType], claims: Sequence[Claim[Any]]) -> int | None:
-    """The index of the first claim of some kinds that has to do with the task; None if there is none."""
+    """The index of the first claim of some kinds that is no placebo; None if there is none."""
     return next((i for i, claim in enumerate(claims) if claim.kind in kinds and not _bare(claim).placebo), None)
 
 
 class View:
-    """The moment, what the oracle computes of it, and operations on claims.
+    """The moment, what the oracle computes from it, and operations on claims.
 
     All methods treat a late claim as a claim about its own turn.
     """
@@ -49,31 +49,31 @@ class View:
         self._fingerprints = Fingerprints()
         self._hindsight: dict[int, tuple[Claim[Any], ...]] = {}  # by turn
         self.kinds: frozenset[FeedbackType] = frozenset()
-        """The wanted kinds of feedback; others are withheld whatever the personality returns."""
+        """The wanted kinds of feedback; claims of other kinds are withheld after the personality."""
         self.asked = False
-        """Whether this is the answer to a student's question, which is advice only."""
+        """Whether this is the answer to a student's question; it consists of advice only."""
         self._words = words
-        self._grounds: Grounds | None = None
+        self._context: PosteriorContext | None = None
 
     def see(self, moment: Moment[Any], kinds: frozenset[FeedbackType]) -> None:
         """Go on to the next moment and its wanted kinds."""
         self._moments.append(moment)
-        if self._grounds is not None:
+        if self._context is not None:
             self._notes.append(moment)
         self.kinds = kinds
         self.asked = False
 
     def ask(self) -> None:
-        """Note that the student has asked for advice on the moment, after its feedback was said."""
+        """Note that the student asks for advice, after the feedback of this moment."""
         self.asked = True
 
     def hear(self, atoms: Sequence[Atom]) -> None:
-        """Note what the student has heard of the moment."""
+        """Note what the student has heard in this turn."""
         self._notes.append(tuple(atoms))
 
     @property
     def moment(self) -> Moment[Any]:
-        """The moment to speak of."""
+        """The moment to speak about."""
         return self._moments[-1]
 
     @property
@@ -93,11 +93,11 @@ class View:
         return self._oracle.values(self.moment.after)
 
     def past_values(self) -> tuple[float, ...] | None:
-        """Value per discrete action before the last one; None also if no action was executed."""
+        """Value per discrete action before the last action; None also if no action was executed."""
         return None if self.moment.before is None else self._oracle.values(self.moment.before)
 
     def past_stated_values(self) -> tuple[float, ...] | None:
-        """The same as they are said."""
+        """`past_values` as phrases state them."""
         return None if self.moment.before is None else self._oracle.stated_values(self.moment.before)
 
     def importance(self) -> float:
@@ -105,7 +105,7 @@ class View:
         return self._oracle.importance(self.moment.after)
 
     def past_importance(self) -> float:
-        """What was at stake in the last action; if none was executed, what is in the next."""
+        """What was at stake in the last action; if none was executed, what is at stake in the next."""
         moment = self.moment
         return self._oracle.importance(moment.after if moment.before is None else moment.before)
 
@@ -122,11 +122,11 @@ class View:
         return self._oracle.regret(self.moment)
 
     def loss(self, action: Any) -> float:
-        """Value that this action would lose if it were the next."""
+        """Value that this action would lose as the next one."""
         return self._oracle.regret(self._oracle.try_out(self.moment, action))
 
     def steps_to_success(self, truth: Any, action: Any, horizon: int) -> int | None:
-        """Number of actions, at most `horizon`, until this one and an optimal policy solve the task; None if more."""
+        """Number of actions until this one and then an optimal policy solve the task; None if above `horizon`."""
         return len(self._oracle.way(truth, action, horizon)) or None
 
     def hindsight(self) -> tuple[Claim[Any], ...]:
@@ -158,31 +158,31 @@ class View:
 
     # What a student can know.
 
-    def ground(self, grounds: Grounds | None, rng: np.random.Generator) -> None:
-        """Find out what the student can know from now on.
+    def infer_from(self, context: PosteriorContext | None, rng: np.random.Generator) -> None:
+        """Track from now on what the student can know.
 
         Args:
-            grounds: by which it is found out.
-            rng: draws the worlds by which claims are weighed.
+            context: the posterior and the oracle for this.
+            rng: draws the worlds that measure claims.
         """
-        self._grounds, self._notes, self._rng = grounds, list[Note](), rng
+        self._context, self._notes, self._rng = context, list[Note](), rng
         self._witnesses: dict[int, Witness[Information]] = {}
 
     def witness(
         self, cls: Callable[..., InformationT], rng: np.random.Generator, **arguments: Any
     ) -> Witness[InformationT]:
-        """A witness with information of a class, given its random stream and its arguments beside the grounds."""
-        assert self._grounds is not None  # noqa: S101  # or the personality would not be served
-        return Witness(cls(self._grounds, rng, **arguments), self._notes)
+        """A witness whose information is of class `cls`, with a random stream and the other arguments of that class."""
+        assert self._context is not None  # noqa: S101  # or the personality would not be served
+        return Witness(cls(self._context, rng, **arguments), self._notes)
 
     def weigh(self, claim: Claim[Any], worlds: int) -> Bits:
-        """How much a claim would say to the student, given all that it saw and heard, by so many worlds."""
+        """How much a claim would say to the student, given all that it saw and heard, measured by so many worlds."""
         if worlds not in self._witnesses:
             self._witnesses[worlds] = self.witness(Information, self._rng, worlds=worlds)
         return self._witnesses[worlds].weigh(_bare(claim), claim.turn if isinstance(claim, Late) else self.turn)
 
     def weigh_all(self, claims: Sequence[Claim[Any]], worlds: int) -> list[tuple[Claim[Any], Bits]]:
-        """Some claims and the oracle's clues of the wanted kinds, each with how much it would say."""
+        """These claims and the oracle's clues of the wanted kinds, each with how much it would say."""
         clues = [clue for clue in self.clues() if clue.kind in self.kinds]
         return [(claim, self.weigh(claim, worlds)) for claim in (*claims, *clues)]
 
@@ -198,7 +198,7 @@ class View:
         return moment.after if claim.kind in (FP, FN) or moment.before is None else moment.before
 
     def words(self, claim: Claim[Any]) -> float:
-        """The mean number of words of a claim's paraphrases, without those that say that it is late."""
+        """The mean number of words of a claim's paraphrases; of a late claim, without the words that say so."""
         return self._words(_bare(claim))
 
     def holds(self, claim: Claim[Any]) -> bool:
@@ -206,18 +206,18 @@ class View:
         return _bare(claim).holds(self.moment_of(claim), self._oracle.lab)
 
     def distort(self, claim: Claim[Any], rng: np.random.Generator) -> Claim[Any] | None:
-        """A claim that is false of the same turn; None if there is no plausible one."""
+        """A plausible false claim about the same turn; None if there is none."""
         false = self._oracle.distort(_bare(claim), self.moment_of(claim), rng)
         return false and _like(claim, false)
 
     def falsehoods(self, claim: Claim[Any]) -> list[Claim[Any]]:
-        """Every plausible claim that is false of the same turn."""
+        """Every plausible false claim about the same turn."""
         return [_like(claim, false) for false in self._oracle.falsehoods(_bare(claim), self.moment_of(claim))]
 
     def flip(self, claim: Claim[Any], rng: np.random.Generator) -> Claim[Any]:
-        """The opposite of a verdict, which is false: praise for blame, or blame for praise.
+        """A false opposite of a verdict: praise for blame, or blame for praise.
 
-        Where none is false, or it is no verdict but a comparison, it is returned as it is.
+        The claim is returned unchanged if no opposite is false, or if it is a comparison.
         """
         false = [other for other in self.falsehoods(claim) if other.kind in HINDSIGHT - {claim.kind}]
         if false:
@@ -229,11 +229,10 @@ class View:
         return claim if opposite.holds(moment, self._oracle.lab) else _like(claim, opposite)
 
     def coarsen(self, claim: Claim[Any], level: int) -> Claim[Any]:
-        """A less specific claim that advice or a warning implies: level 0 is the vaguest, the last is the claim itself.
+        """A less specific claim that advice or a warning implies. Level 0 is the vaguest, the last the claim itself.
 
-        If the claim has no coarser ones, level 0 says that there is something to do or to avoid. A claim that does not
-        hold, is hedged or a placebo, is returned as it is, because it implies nothing; and so is a `relative` one
-        without coarser ones.
+        If the claim has no coarser ones, level 0 says that there is something to do or to avoid. Returned unchanged are
+        claims from which nothing follows: false, hedged and placebo claims, and `relative` claims without coarser ones.
         """
         bare, moment = _bare(claim), self.moment_of(claim)
         if bare.placebo or isinstance(bare, HedgedClaim):
@@ -244,7 +243,7 @@ class View:
     def vague(self, claim: Claim[Any]) -> Claim[Any]:
         """A claim without its numbers and names.
 
-        One that does not hold, is `relative`, hedged or a placebo, is left as it is.
+        False, hedged, placebo and `relative` claims are returned unchanged.
         """
         bare, moment = _bare(claim), self.moment_of(claim)
         if bare.placebo or bare.relative or isinstance(bare, HedgedClaim) or not self.holds(claim):
@@ -260,7 +259,7 @@ class View:
         return next(iter(self._verdicts(self.moment)), None)
 
     def example(self, n: int) -> Example | None:
-        """At most `n` next actions of an optimal policy, up to the first that cannot be checked; None if none can."""
+        """At most `n` next actions of an optimal policy, up to the first without a check; None if there are none."""
         lab, moment = self._oracle.lab, self.moment
         ground: list[Claim[Any] | None] = []
         actions: list[Any] = []
@@ -282,7 +281,7 @@ class View:
     def better(self, this: Any, that: Any) -> Better | None:
         """The claim that one action is better now than another.
 
-        None if no hindsight tells what they are worth, or, without values, if no way from either solves the task.
+        None if no hindsight gives their values, or, without values, if no plan from either solves the task.
         """
         this, that = map(self._oracle.lab.legal, (this, that))
         if self.values() is None:
@@ -293,13 +292,13 @@ class View:
         return Better.on(found[0], this=this, that=that) if found and self._tells(found[0], tried) else None
 
     def _tells(self, verdict: Claim[Any], moment: Moment[Any]) -> bool:
-        """Whether a verdict tells what the action of a moment is worth, so that a comparison can be checked."""
+        """Whether a verdict gives the value of the moment's action, so that a comparison can be checked."""
         return verdict.worth(moment, self._oracle.lab, moment.action) is not None
 
     def better_turn(self, ago: int) -> BetterTurn | WorseTurn | None:
-        """The claim that this turn was better or worse than one so many turns ago.
+        """The claim that this turn was better or worse than the turn `ago` turns earlier.
 
-        None if they lost as much, and without hindsight on both that tells what they were worth.
+        None if both lost as much, or if no hindsight gives their values.
         """
         both = self.moment, self._moments[-1 - ago]
         verdicts = [next(iter(self._hindsight_on(each)), None) for each in both]
@@ -325,5 +324,5 @@ def _bare(claim: Claim[Any]) -> Claim[Any]:
 
 
 def _like(claim: Claim[Any], other: Claim[Any]) -> Claim[Any]:
-    """The other claim; if the first is late, as late."""
+    """The other claim, about the same turn as the first: late if the first is late."""
     return Late(claim=other, turn=claim.turn) if isinstance(claim, Late) else other

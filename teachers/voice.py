@@ -2,15 +2,15 @@
 
 A voice is a file, `voices/<name>.toml` or one of the user's own:
 
-    shortest = 2                        # how many of the shortest plain paraphrases are used; all by default
+    shortest = 2                        # use only that many of the shortest plain paraphrases; all by default
     [frames]                            # per kind of feedback, what surrounds a plain sentence
     hn = ["Never mind. {sentence}", ...]
     [phrases]                           # the voice's own phrases for claims that belong to no family
     Right = ["Well done!", ...]
 
-A family may have phrases for a voice in a table of the voice's name beside its plain ones. A voice's own phrases are
-said without frames, and so are instructions, what was tried before an episode included. A voice may also be a function
-that rewrites each sentence; changes of numbers and names are reported.
+A family may have phrases for a voice in a table of the voice's name beside its plain ones. No frames surround a
+voice's own phrases, instructions and verdicts on actions tried before an episode. A voice may also be a function that
+rewrites each sentence; changes of numbers and names are reported.
 """
 
 import re
@@ -39,12 +39,12 @@ class Tone(NamedTuple):
     frames: Mapping[FeedbackType, tuple[str, ...]]
     """Per kind templates with the slot `sentence`."""
     shortest: int
-    """How many of the shortest plain paraphrases are used."""
+    """How many plain paraphrases are used, the shortest first."""
     phrases: Mapping[str, list[str]]
     """Its own phrases for claims that belong to no family."""
 
     def frame(self, kind: FeedbackType | None, templates: Sequence[str]) -> list[str]:
-        """Plain templates of a kind in this tone: each template in each frame."""
+        """Plain templates of a kind in this tone: each template in each frame of the kind."""
         brief = sorted(templates, key=lambda template: (len(template.split()), len(template)))[: self.shortest]
         kept = [template for template in templates if template in brief]
         frames = self.frames.get(kind, ()) if kind else ()
@@ -59,7 +59,7 @@ def voice_names() -> tuple[str, ...]:
 
 
 def load_tone(voice: str | Path) -> Tone | None:
-    """The tone of a voice; None for the plain voice, which leaves the phrases as they are.
+    """The tone of a voice; None for the plain voice, which changes no phrases.
 
     Raises:
         ValueError: the voice is unknown, or its file is not valid; one error lists all problems.
@@ -132,7 +132,7 @@ class Change(NamedTuple):
 def rewrite(said: Utterance, voice: Callable[[str], str]) -> tuple[Utterance, tuple[Change, ...]]:
     """Rewrite an utterance sentence by sentence; also return the changes of numbers and names.
 
-    Instructions and notices stay as they are, and so does a sentence of which the voice leaves nothing.
+    Instructions and notices do not change, nor do sentences that the voice would leave empty.
     """
     atoms, changes = [], []
     for atom in said.atoms:
@@ -146,10 +146,10 @@ def rewrite(said: Utterance, voice: Callable[[str], str]) -> tuple[Utterance, tu
 
 
 def compare(claim: Claim, before: str, after: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """The numbers and names that a rewritten sentence has lost, and those that it has gained.
+    """The numbers and names that a rewritten sentence has lost and gained.
 
     Names are the values of the claim's fields that the sentence contains, the other members of a field's enumeration,
-    and words with digits or, within a sentence, with capitals. They are found by their spelling only.
+    words with digits, and capitalized words inside a sentence. Only their spelling counts.
     """
     old, new = _numbers(before), _numbers(after)
     values = [getattr(claim, name) for name in slots_of(type(claim))]

@@ -1,4 +1,4 @@
-"""A witness of an episode: information about a student that follows what the student sees and hears."""
+"""A witness of an episode: it sees and hears what the student does, and measures claims for it."""
 
 from collections.abc import Sequence
 from typing import Any, Generic, TypeVar
@@ -11,14 +11,14 @@ from worlds.posteriors import Posterior
 __all__ = ["InformationT", "Note", "Witness", "abilities_of"]
 
 Note = Moment[Any] | tuple[Atom, ...]
-"""A turn that a student has seen, or what it has heard of the last one."""
+"""A turn that a student has seen, or what it has heard about the last turn."""
 
 
 InformationT = TypeVar("InformationT", bound=Information)
 
 
 def abilities_of(posterior: Posterior[Any] | type[Posterior[Any]]) -> frozenset[str]:
-    """Those of `teachers.oracle.ABILITIES` that a posterior adds to an oracle's."""
+    """The `teachers.oracle.ABILITIES` that a posterior adds to an oracle."""
     return frozenset((POSTERIOR, EXACT) if posterior.exact else (POSTERIOR,))
 
 
@@ -26,8 +26,8 @@ class Witness(Generic[InformationT]):
     """Lets information about a student follow an episode.
 
     Args:
-        information: has seen nothing yet. It is another one than that by which an audit measures the same claims.
-        notes: of the episode, which are added to.
+        information: fresh, and not the object with which an audit measures the same claims.
+        notes: what the student sees and hears; the caller appends to it.
     """
 
     def __init__(self, information: InformationT, notes: Sequence[Note]) -> None:
@@ -36,7 +36,7 @@ class Witness(Generic[InformationT]):
         self._first = self._next = 0  # turns: an episode may be followed from a later one than its opening
 
     def follow(self) -> None:
-        """See and hear what is new in the notes."""
+        """See and hear the new notes."""
         for note in self._notes[self._noted :]:
             if isinstance(note, Moment):
                 self.see(note)
@@ -52,7 +52,7 @@ class Witness(Generic[InformationT]):
         return found
 
     def see(self, moment: Moment[Any]) -> None:
-        """What has happened; after a turn that is missing, the episode is taken to begin."""
+        """Note a turn. If earlier turns are missing, this one becomes the opening."""
         if moment.turn > self._next:
             self._first = moment.turn
             moment = Moment.opening(moment.after, moment.turn)
@@ -60,6 +60,6 @@ class Witness(Generic[InformationT]):
         self.information.see(moment._replace(turn=moment.turn - self._first))
 
     def hear(self, atoms: Sequence[Atom]) -> None:
-        """What was said of turns that were seen."""
+        """Note what was said about turns that were seen."""
         known = [atom._replace(about_turn=atom.about_turn - self._first) for atom in atoms]
         self.information.hear([atom for atom in known if atom.about_turn >= 0])

@@ -1,6 +1,6 @@
-"""The words that people read in place of codes: of kinds of feedback, of feedback and instruction types, of labels.
+"""Words for people in place of codes: of kinds of feedback, feedback and instruction types, and labels.
 
-And words that phrases of several families make of names.
+Also words that phrases of several families make of names.
 """
 
 from collections.abc import Iterable
@@ -26,7 +26,7 @@ __all__ = [
 KIND_WORDS: dict[FeedbackType | None, str] = dict(
     zip((*KINDS, None), ("reward", "praise", "blame", "advice", "warning", "instruction"), strict=True)
 )
-"""The word of each kind; None is that of what belongs to no kind."""
+"""The word of each kind; the key None has the word for claims of no kind."""
 _MEANINGS = (
     "reward (r): how well it went",
     "praise (hp, hindsight positive): what was good",
@@ -64,11 +64,11 @@ VERDICTS = {
     Label.HEDGED: VerdictWord(None, "hedged"),
     Label.DISTORTED: VerdictWord(False, "false"),
 }
-"""The verdict on each label that has been checked."""
+"""The verdict for each label of a checked claim."""
 
 
 def kind_word(kind: FeedbackType | None, opening: bool = False) -> str:
-    """The word of a sentence's kind; what has none is an instruction at the opening, and later just words."""
+    """The word of a sentence's kind; a sentence of no kind is an instruction at the opening, and later just words."""
     return KIND_WORDS[kind] if kind is not None or opening else "words"
 
 
@@ -95,6 +95,6 @@ def article(name: str) -> str:
 
 
 def listed(items: Iterable[Any], last: str = "or") -> str:
-    """Things in a row, the last one behind a word: `1, 4 or 7`."""
+    """Items as a list with a word before the last: `1, 4 or 7`."""
     *rest, end = map(str, items)
     return f"{', '.join(rest)} {last} {end}" if rest else end

@@ -79,6 +79,7 @@ class TurnRow(NamedTuple):
     """The action in words; null if it is a text itself."""
     reward: float
     regret: float
+    """The action's loss of value, in the family's unit; the negated reward if the oracle has no values."""
     success: bool
     parse_failure: str | None
     """The text that was not an action."""
@@ -222,6 +223,9 @@ READINGS = ("read_exact", "read_false", "read_model", "model_false", "unread")
 """Columns about readings of a teacher's own words."""
 
 
+_COMMON = f"{common.__name__}."
+
+
 def unchecked(feedback: str, texts: Iterable[str]) -> int:
     """Number of sentences of feedback that are not texts of claims."""
     return len(sentences_of(without(feedback, texts)))
@@ -229,7 +233,7 @@ def unchecked(feedback: str, texts: Iterable[str]) -> int:
 
 def claim_name(claim: Claim, family: str) -> str:
     """The name of a claim's class with its family, or with `common` for claims of all families."""
-    home = "common" if type(claim).__module__ == common.__name__ else family
+    home = "common" if type(claim).__module__.startswith(_COMMON) else family
     return f"{home}.{type(claim).__name__}"
 
 

@@ -1,7 +1,7 @@
-"""Finds sentences of a phrasebook in a text in linear time.
+"""Find the sentences of a phrasebook in a text, in linear time.
 
-A template matches like a regular expression with a lazy group per slot, but without backtracking: the text between two
-slots is searched as a whole, and its first place counts: what can follow a later place can follow the first.
+A template matches like a regular expression with a lazy group per slot, but without backtracking: it searches for the
+words between two slots as a whole and takes the first place, since all that can follow a later place can follow it.
 """
 
 import re
@@ -41,19 +41,19 @@ class _Chunk:
 
     @cached_property
     def quoted(self) -> re.Pattern[str]:
-        """The pattern of the chunk behind a quotation mark."""
+        """The pattern of the chunk after a quotation mark."""
         return re.compile(f'"{self._pattern}')
 
 
 class Sentence:
     """Finds the sentences of a template in a text.
 
-    A slot of text that opens with a quotation mark closes with one, if possible, whatever sentences it holds. A slot
-    that occurs twice must have the same text.
+    A text slot that opens with a quotation mark ends with one if possible, and may contain sentences. A slot that
+    occurs twice must have the same text.
 
     Args:
-        template: the template, with some text between any two slots of text.
-        ends: whether a space or the end of the text must follow.
+        template: a template with words between any two text slots.
+        ends: whether a space or the end of the text must follow the sentence.
     """
 
     def __init__(self, template: str, *, ends: bool = True) -> None:
@@ -79,7 +79,7 @@ class Sentence:
         """The possible beginnings of the sentence."""
 
     def match(self, text: "Text", at: int) -> Place | None:
-        """The place of the sentence, if it begins here."""
+        """The place of the sentence if it begins at `at`, else None."""
         head = self._first.plain.match(text.text, at)
         if head is None:
             return None
@@ -104,7 +104,7 @@ class Sentence:
         return Place(place, slots)
 
     def _ahead(self, text: "Text", i: int, at: int, way: int) -> list[re.Match[str]] | None:
-        """The first places of the chunks from the i-th on, each after some text; None if one is missing."""
+        """The first places of the chunks from the i-th on, each after some text; None if a chunk is missing."""
         places = []
         for chunk in self._rest[i:]:
             found = text.find(chunk.plain, at + 1, (self, way))
@@ -126,7 +126,7 @@ LineT = TypeVar("LineT", bound=_Line)
 
 
 class Beginnings(Generic[LineT]):
-    """Lines by their beginnings, letter by letter."""
+    """An index of lines by their beginnings: a tree of letters."""
 
     def __init__(self) -> None:
         self.root: dict[str, Any] = {}
@@ -146,7 +146,7 @@ class Beginnings(Generic[LineT]):
         self.size += 1
 
     def behind_an_end(self, hopeless: set[Sentence]) -> re.Pattern[str]:
-        """The pattern of a sentence's end behind which a line may begin that is not hopeless."""
+        """The pattern of a sentence's end that a line may follow, except hopeless lines."""
         dead = frozenset(
             beginning for beginning, lines in self._short.items() if all(line.sentence in hopeless for line in lines)
         )
@@ -173,12 +173,12 @@ def _first_letters(node: dict[str, Any], dead: frozenset[str], said: str = "") -
 
 
 class Text:
-    """A text that is read from beginning to end, with a memory of what was found."""
+    """A text that is read from start to end; it caches what was found."""
 
     def __init__(self, text: str) -> None:
         self.text = text
         self.hopeless: set[Sentence] = set()
-        """Sentences that cannot occur in the rest: a part of them does not occur any more."""
+        """Sentences that cannot occur in the rest, since a part of them does not."""
         self._known: dict[tuple[re.Pattern[str], Hashable], tuple[int, re.Match[str] | None]] = {}
         self._behind = -1, _ANYTHING
         self._left: dict[int, tuple[int, list[Any]]] = {}
@@ -196,14 +196,14 @@ class Text:
         return i < len(self._ends) and self._ends[i] + 2 <= span[1]
 
     def find(self, pattern: re.Pattern[str], at: int, way: Hashable = None) -> re.Match[str] | None:
-        """The first place of a pattern from here on; the results are kept per `way`, which only moves forwards."""
+        """The first place of a pattern from `at` on. Results are cached per `way`, which only moves forwards."""
         since, found = self._known.get((pattern, way), (len(self.text) + 1, None))
         if since > at or (found is not None and found.start() < at):
             since, found = self._known[pattern, way] = at, pattern.search(self.text, at)
         return found
 
     def next(self, lines: Beginnings[LineT] | None, at: int) -> int:
-        """The place behind the next end of a sentence where a line can begin; without lines, behind any end."""
+        """The place after the next sentence end where a line can begin; without lines, after any sentence end."""
         pattern = _ANYTHING
         if lines:
             if len(self.hopeless) != self._behind[0]:
@@ -213,7 +213,7 @@ class Text:
         return end.end() if end else len(self.text)
 
     def beginning(self, lines: Beginnings[LineT], at: int) -> list[LineT]:
-        """The lines that may begin here."""
+        """The lines that may begin at `at`."""
         last, end, stop = lines.root, at, len(self.text)
         while end < stop and (node := last.get(self.text[end])):
             last, end = node, end + 1

@@ -1,4 +1,4 @@
-"""Oracles for many worlds at once, in arrays. A family's is in the module of its name."""
+"""Oracles for many worlds at once, in arrays. Each family's oracle is in the module of its name."""
 
 from abc import ABC, abstractmethod
 from typing import Any, Generic, NamedTuple
@@ -20,7 +20,7 @@ class Moments(NamedTuple, Generic[StateT]):
     """Moments in arrays, one row each; see `teachers.atoms.Moment`."""
 
     before: StateT
-    """The worlds' state before the actions; undefined at an opening, where the turn is 0."""
+    """The worlds' state before the actions; undefined in rows at an opening, with turn 0."""
     action: npt.NDArray[Any]
     reward: Floats
     after: StateT
@@ -36,25 +36,25 @@ class Moments(NamedTuple, Generic[StateT]):
 
 
 class Said(NamedTuple):
-    """What there is to say of moments, one row each."""
+    """The claims about moments, one row each."""
 
     kinds: Kinds
     """The kinds of the claims."""
     advised: npt.NDArray[Any]
-    """The advised action (fp); undefined where there is none."""
+    """The advised action (fp); undefined in rows without advice."""
     warned: npt.NDArray[Any]
-    """The action of the warning (fn); undefined where there is none."""
+    """The action of the warning (fn); undefined in rows without a warning."""
     verdicts: npt.NDArray[Any] | None = None
-    """Numbers of verdicts of kind hp and hn, of shape (rows, 2); None: one of each kind that is said."""
+    """Numbers of verdicts of kinds hp and hn, shape (rows, 2); None: one of each kind in `kinds`."""
     judges: npt.NDArray[Any] | None = None
-    """Whether hp and hn name the action, bool (rows, 2); None: they do."""
+    """Whether hp and hn name the action, bool of shape (rows, 2); None: they do."""
 
 
 class Stakes:
-    """What is at stake in states, one row each; by default it follows from a value of each action.
+    """What is at stake in states, one row each, by the values of actions.
 
     Args:
-        values: of shape (rows, actions).
+        values: the value of each action, shape (rows, actions).
         limit: greatest importance.
     """
 
@@ -64,7 +64,7 @@ class Stakes:
         """Value of the best action minus that of the worst, of shape (rows,)."""
 
     def regret(self, moments: Moments[Any]) -> Floats:
-        """What the actions of turns lost that began in these states, of shape (rows,)."""
+        """Regret of the moments' actions, which were taken in these states, shape (rows,)."""
         lost: Floats = self._best - chosen(self.values, moments.action)
         return lost
 
@@ -75,7 +75,7 @@ class Stakes:
 
 
 class OracleBatch(ABC, Generic[StateT]):
-    """A family's oracle in arrays; of each kind it states at most one claim about an action.
+    """A family's oracle in arrays. It states at most one claim of each kind about an action.
 
     Args:
         oracle: an oracle for the worlds of the batch.
@@ -87,23 +87,23 @@ class OracleBatch(ABC, Generic[StateT]):
 
     @abstractmethod
     def judge(self, moments: Moments[StateT]) -> Said:
-        """All claims that are true and worth saying, as `Oracle.judge`."""
+        """All true claims, as in `Oracle.judge`."""
 
     def values(self, state: StateT) -> Floats:
-        """Value per discrete action, of shape (rows, actions), as `Oracle.values`."""
+        """Value per discrete action, shape (rows, actions), as in `Oracle.values`."""
         raise RefusalError(f"{type(self).__name__} gives no values")
 
     def stakes(self, state: StateT) -> Stakes:
-        """What is at stake, as `Oracle.importance` and `Oracle.regret`."""
+        """What is at stake, as in `Oracle.importance` and `Oracle.regret`."""
         return Stakes(self.values(state), self.oracle.max_importance)
 
     def plan_length(self, state: StateT, n: int) -> Ints:
-        """The number of actions in `Oracle.plan`, of shape (rows,)."""
+        """The number of actions in `Oracle.plan`, shape (rows,)."""
         raise RefusalError(f"{type(self).__name__} has no plan")
 
 
 def subset(r: Bools, hp: Bools, hn: Bools, fp: Bools, fn: Bools) -> Kinds:
-    """The kinds that are true."""
+    """The subset of the kinds that are true in each row."""
     total = np.zeros(len(r), np.uint8)
     for bit, said in enumerate((r, hp, hn, fp, fn)):
         total |= said.view(np.uint8) << np.uint8(bit)

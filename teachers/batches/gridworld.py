@@ -33,7 +33,7 @@ class GridworldOracleBatch(OracleBatch[State]):
         return Said(kinds, _ADVISED.take(here), _WARNED.take(here * _CYCLE + turn % _CYCLE))
 
     def values(self, state: State) -> Floats:
-        """Per direction the negated number of moves that are needed afterwards; all 0 once it is found."""
+        """Per direction, the negated number of moves left after it; all 0 once the treasure is found."""
         houses = self.worlds.houses
         behind = houses.doors.take(state.place, axis=0) + state.base[:, None]
         values = -houses.distance.take(behind).astype(np.float64)

@@ -15,19 +15,19 @@ _POWERS = 10.0 ** np.maximum(np.arange(-_EXACT, _EXACT + 1), 0)  # a table, as n
 
 
 class _Gains(Stakes):
-    """What can be gained by a proposal."""
+    """The reward that a proposal can gain."""
 
     def __init__(self, y: Floats, rewards: tuple[float, float]) -> None:
         low, self._high = rewards
         self.importance = self._high - np.clip(-y / SCALE, low, self._high)
 
     def regret(self, moments: Moments[State]) -> Floats:
-        """The greatest reward minus the action's."""
+        """The greatest reward minus the reward of the action."""
         return self._high - moments.reward
 
 
 class OptimizationOracleBatch(OracleBatch[State]):
-    """Judges proposals by the change of the loss, and advises points whose loss it has computed."""
+    """Judges proposals by the change of the loss, and advises points after computing their loss."""
 
     worlds: OptimizationBatch
 
@@ -55,7 +55,7 @@ class OptimizationOracleBatch(OracleBatch[State]):
         return np.full(len(state.y), n)
 
     def _verdicts(self, moments: Moments[State], landscapes: Landscapes) -> tuple[np.ndarray, np.ndarray]:
-        """The numbers of praises and of blames, of shape (rows, 2), and whether the whole proposal has either."""
+        """The numbers of praises and blames, and whether either names the whole proposal, both of shape (rows, 2)."""
         start, before, after = _points(moments.before.x), moments.before.y, moments.after.y
         end = _points(moments.action)
         changed = _differ(before, after) & ~moments.success
@@ -68,13 +68,13 @@ class OptimizationOracleBatch(OracleBatch[State]):
         return number, whole
 
     def _steps(self, x: Points, y: Floats, landscapes: Landscapes, rows: np.ndarray) -> tuple[Bools, Points]:
-        """The rows, of `rows`, with a point to advise, and the points."""
+        """The members of `rows` with a point to advise, and the points."""
         found = np.zeros(len(y), bool)
         advised = x[0].copy(), x[1].copy()
         minimum = self.worlds.world.minimum
 
         def advise(rows: np.ndarray, point: Points, fits: Bools) -> np.ndarray:
-            """Advise the points that fit; return the other rows."""
+            """Advise the points that fit; return the remaining rows."""
             fitting = rows[fits]
             found[fitting] = True
             for coordinate, values in zip(advised, point, strict=True):
@@ -168,7 +168,7 @@ def _newton(gradient: tuple[Floats, Floats], hessian: tuple[Floats, Floats, Floa
 
 
 def _differ(a: Floats, b: Floats) -> Bools:
-    """Where two losses differ in the six digits that phrases show."""
+    """Whether two losses differ in the six digits that phrases show."""
     apart: Bools = np.abs(a - b) > 1e-5 * np.maximum(np.abs(a), np.abs(b))
     return apart
 

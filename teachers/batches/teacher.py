@@ -1,4 +1,4 @@
-"""Teachers in arrays: what the oracle states in each row, and what a personality leaves of it."""
+"""Teachers in arrays: an oracle and a personality for many rows."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -11,15 +11,15 @@ from worlds.batches import Rows
 
 
 class TeacherBatch:
-    """The teacher of each row: `teachers.teacher.Teacher` in arrays, but for its words.
+    """The teacher of each row: `teachers.teacher.Teacher` in arrays, without words.
 
     Args:
         oracle: the oracles of the rows.
         personality: a spec string or a `Personality`, whose stages have a form in arrays.
-        wanted: the kinds that may be said at all, as a subset's number.
+        wanted: the kinds that the feedback type allows, as a subset's number.
         rows: number of rows.
         max_turns: turns after which an episode is truncated.
-        instead: what takes other personalities, for the error.
+        instead: what serves other personalities, for the error message.
 
     Raises:
         ValueError: the personality is not allowed in arrays.
@@ -45,18 +45,18 @@ class TeacherBatch:
             if not stage.transparent
         ]
         self.late = sum(min(stage.row_delay, never) for stage in stages)
-        """How many turns ago the turn was that everything said is about."""
+        """How many turns earlier the turn is that all claims are about."""
         self.past = max_turns if any(table.size for _, table in self._stages) else 0
-        """How many earlier moments of an episode a scalar teacher needs to go on alike."""
+        """How many earlier moments a scalar teacher needs to continue like this one."""
         self._kinds: Kinds = np.zeros(rows, np.uint8)
 
     def judge(self, moments: Moments[Any], rows: Rows, past: Sequence[Moments[Any]]) -> tuple[Said, Moments[Any]]:
-        """What is said, and the moments that it is about. Each moment of a row must be judged once as a new one.
+        """The claims, and the moments that they are about. Each moment of a row must be new in exactly one call.
 
         Args:
-            moments: the last ones.
-            rows: the rows in which they are new.
-            past: those before, the latest first.
+            moments: the last moment of each row.
+            rows: the rows whose last moment is new.
+            past: the moments before, the latest first.
         """
         said = self.oracle.judge(moments)
         if not self._stages:

@@ -1,1 +1,1 @@
-"""One oracle a family, in a module of the world's name, together with the claims it makes."""
+"""The oracles and their claims: one module or package per family, named like the world."""

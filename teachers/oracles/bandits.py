@@ -153,7 +153,7 @@ class Pull(ActionClaim[Truth, Bandit]):
         return _succeeds(moment.after, self.action, lab)
 
     def coarser(self, moment: Moment[Truth], lab: Bandit) -> Sequence[Claim]:
-        """Half of the arms, then a pair of them, where these are fewer than all."""
+        """Half of the arms, then a pair; only sets smaller than all arms."""
         arms = lab.arms
         sizes = [size for size in (arms // 2, 2) if 2 <= size < arms]
         return tuple(_among(self.action - self.action % size, size, arms) for size in dict.fromkeys(sizes))
@@ -173,7 +173,7 @@ class Among(Claim[Truth, Bandit]):
         return any(_succeeds(moment.after, arm, lab) for arm in range(self.low, self.high + 1))
 
     def counterparts(self, moment: Moment[Truth], lab: Bandit) -> Sequence[Claim]:
-        """Other arms, as many."""
+        """As many other arms."""
         size, arms = self.high - self.low + 1, lab.arms
         return tuple(_among(low, size, arms) for low in range(0, arms - 1, size) if low != self.low)
 
@@ -205,7 +205,7 @@ class OneOf(Claim[Truth, Bandit]):
         return any(_succeeds(moment.after, arm, lab) for arm in self.arms if arm < lab.arms)
 
     def counterparts(self, moment: Moment[Truth], lab: Bandit) -> Sequence[Claim]:
-        """As many of the other arms, if there are."""
+        """As many other arms, if there are enough."""
         others = tuple(islice((arm for arm in range(lab.arms) if arm not in self.arms), len(self.arms)))
         return (OneOf(arms=others),) if len(others) == len(self.arms) else ()
 
@@ -234,11 +234,11 @@ class _Ranked(TownRule[Truth, Bandit]):
 
     looks: Look
     others: tuple[Look, ...]
-    """Others of the same feature."""
+    """Other words of the same feature."""
     listing = property(lambda claim: " or ".join(claim.others))
 
     def fits(self, truth: Truth) -> bool | None:
-        """Compare what arms of these looks pay on average with what the others pay."""
+        """Compare the mean rewards of arms with these looks and of the others."""
         own, others = [], []
         for arm, row in enumerate(truth.looks):
             words = {each[i] for each, i in zip(FEATURES, row, strict=True)}
@@ -255,12 +255,12 @@ class _Ranked(TownRule[Truth, Bandit]):
         return bool(law) and self._orders([weights[self.looks]], [weights[word] for word in self.others])
 
     def _orders(self, own: Sequence[float], others: Sequence[float]) -> bool:
-        """Whether all of these are on the right side of all others."""
+        """Whether all `own` values are on the right side of all `others`."""
         low, high = (others, own) if self.kind is FP else (own, others)
         return max(low) < min(high)
 
     def counterparts(self, moment: Moment[Truth], lab: Bandit) -> Sequence[Claim]:
-        """Other words, as many."""
+        """As many other words."""
         size = len(self.others)
         rules = (
             type(self)(looks=looks, others=others)
@@ -271,7 +271,7 @@ class _Ranked(TownRule[Truth, Bandit]):
         return tuple(rule for rule in rules if rule != self)
 
     def excludes(self, other: Claim) -> bool:
-        """What orders two words otherwise, or arms by the other feature."""
+        """Rules that order two words otherwise, or use the other feature."""
         if not isinstance(other, _Ranked):
             return False
         (mine, its), features = (each._pairs() for each in (self, other)), [set(words) for words in FEATURES]
@@ -279,7 +279,7 @@ class _Ranked(TownRule[Truth, Bandit]):
         return not same or any((low, high) in its for high, low in mine)
 
     def _pairs(self) -> set[tuple[str, str]]:
-        """Pairs of words, first that of the arms that pay more."""
+        """Pairs of words; arms of the first word pay more."""
         return {(self.looks, word) if self.kind is FP else (word, self.looks) for word in self.others}
 
 
@@ -298,7 +298,7 @@ class PayLess(_Ranked):
 
 
 def _rules(law: Law) -> tuple[Claim, ...]:
-    """Which arms of a town pay less than others by their looks, and which pay most."""
+    """Rules of a town: looks of arms that pay less than others, and looks of arms that pay most."""
     for words, weights in zip(FEATURES, law, strict=False):
         if any(weights):
             low, *middle, high = sorted(words, key=lambda word: weights[words.index(word)])
@@ -351,7 +351,7 @@ class BanditOracle(Oracle[Truth, Bandit]):
         return Goal(arms=arms), Random() if chancy else Steady(), Answer(last=arms - 1)
 
     def _practice(self, truth: Truth, rng: np.random.Generator) -> tuple[Claim, ...]:
-        """At most two poor arms with what they pay on average."""
+        """At most two poor arms with their mean rewards."""
         tries = rng.permutation(self._poor)[:_TRIES].tolist()
         return tuple(TriedPoor(action=arm, mean=round(truth.means[arm], 3)) for arm in tries)
 
@@ -370,7 +370,7 @@ class BanditOracle(Oracle[Truth, Bandit]):
             claims.append(Avoid(action=self._poor[moment.turn % len(self._poor)]))
 
     def clues(self, truth: Truth) -> tuple[Claim, ...]:
-        """The better half of the arms, what no arm exceeds, and the best three arms; in between, rules of a town."""
+        """The better half of the arms, a bound of mean rewards, rules of a town, and three arms with the best."""
         arms = len(truth.means)
         ranked = sorted(range(arms), key=lambda arm: -truth.means[arm])
         most = math.ceil(_STEPS * max(truth.means)) / _STEPS

@@ -32,7 +32,7 @@ class _Adversary(Stage["Adversarial"]):
 
 @dataclass(frozen=True)
 class Adversarial(Personality):
-    """Replaces advice (fp) by false advice of the action that loses most, when no less is at stake than on average.
+    """Replaces advice (fp) by false advice of the worst action, whenever at least the average is at stake.
 
     The budget counts claims of an episode. Advice without a false counterpart about an action passes.
     """

@@ -9,11 +9,11 @@ from teachers.view import HINDSIGHT, first_of
 
 @personality(needs=("plan", "advice", "hindsight"))
 def comparing(claims: Claims, view: View) -> Claims:
-    """Compares in place of verdicts and advice, and withholds all else.
+    """Says comparisons in place of verdicts and advice, and withholds all other claims.
 
-    The last turn is compared with the latest earlier one that lost more or less. A best action is compared with the
-    student's last one, if that loses something now; else, and at the opening, with the best of those that do. Where
-    actions have no values, turns are not compared, and actions only with the student's last one.
+    It compares the last turn with the latest earlier turn that lost more or less. It compares a best action with the
+    student's last one if that loses value now; else, and at the opening, with the best action that loses value. If
+    actions have no values, it does not compare turns, and it compares actions only with the student's last one.
     """
     said: list[Claim[Any]] = []
     if first_of(HINDSIGHT, claims) is not None:

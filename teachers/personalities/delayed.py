@@ -27,7 +27,7 @@ class _Delay(Stage["Delayed"]):
 
 @dataclass(frozen=True)
 class Delayed(Personality):
-    """Says each claim some turns late; what is left at the end of the episode is lost."""
+    """Says each claim some turns late; claims still waiting at the end of the episode are lost."""
 
     turns: Annotated[int, Range(0, 10_000)] = 1
     """The delay in turns, at least 0."""
@@ -41,7 +41,7 @@ class Delayed(Personality):
         return self.turns
 
     def speak_rows(self, kinds: Kinds, memory: Floats, moments: Moments[Any], oracle: OracleBatch[Any]) -> Kinds:
-        """`_Delay.speak` in arrays; it remembers the kinds that are still to be said, the oldest first."""
+        """`_Delay.speak` in arrays. The memory holds the waiting kinds, the oldest first."""
         queue = np.column_stack((memory, kinds))
         memory[:] = queue[:, 1:]
         return queue[:, 0].astype(np.uint8)

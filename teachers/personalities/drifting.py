@@ -44,10 +44,10 @@ class Drifting(Personality):
 
     @property
     def needs(self) -> frozenset[str]:
-        """What the other personality needs."""
+        """The needs of the other personality."""
         return parse_personality(self.to).needs
 
     @property
     def honest(self) -> bool:
-        """Whether the other personality is."""
+        """Whether the other personality is honest."""
         return parse_personality(self.to).honest

@@ -7,10 +7,10 @@ from teachers.spec import Worlds
 
 @personality(needs=(POSTERIOR, "values"))
 def efficient(claims: Claims, view: View, *, worlds: Worlds = 256) -> Claims:
-    """Of the claims and the oracle's clues, says the one of most worth per word; of equal ones, the first.
+    """Says the claim or clue that saves most regret per word, the first of equal ones.
 
-    The worth is the regret that a claim saves in the next action of a student that reasons, in the mean of the worlds
-    that it cannot tell apart. If no claim saves any, nothing is said.
+    The saved regret is that of the next action of a reasoning student, averaged over the worlds that the student cannot
+    tell apart. If no claim saves any, it is silent.
     """
     worth = [((found.saved or 0.0) / view.words(claim), claim) for claim, found in view.weigh_all(claims, worlds)]
     most = max(worth, key=lambda each: each[0], default=None)

@@ -9,7 +9,7 @@ from teachers.view import HINDSIGHT, first_of
 def elaborator(claims: Claims, view: View) -> Claims:
     """Says "right" or "wrong" as `verification` does, then the reasons: all praise and blame. Other claims pass.
 
-    It says no verdict that is said already, or that a claim about this turn contradicts.
+    It omits the verdict if it is among the claims already, or if a claim about this turn contradicts it.
     """
     at = first_of(HINDSIGHT, claims)
     verdict = None if at is None else view.verdict()

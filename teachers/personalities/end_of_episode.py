@@ -31,7 +31,7 @@ class _Summary(Stage["EndOfEpisode"]):
 class EndOfEpisode(Personality):
     """Says nothing until the episode is over, then the claims about the turns with most at stake.
 
-    Of turns with equal stakes the later ones are preferred. A student that leaves before the end gets no feedback.
+    Among turns with equal stakes it prefers the later ones. A student that leaves before the end gets no feedback.
     """
 
     top_k: Count = 5

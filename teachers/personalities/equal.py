@@ -34,8 +34,8 @@ class _Comparison(Stage["Equal"]):
 class Equal(Personality):
     """Replaces verdicts on the last action by "no difference" if the best other action is within a margin of it.
 
-    The margin is eps times the running mean of what was at stake. Other claims pass. Tied
-    actions are equal under any margin above 0.
+    The margin is eps times the running mean of what was at stake. Other claims pass. Tied actions are equal under any
+    margin above 0.
     """
 
     eps: Share = 0.1

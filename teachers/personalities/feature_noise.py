@@ -19,8 +19,8 @@ def feature_noise(
 ) -> Claims:
     """Errs in each claim with a probability that is fixed for each state, uniform from `low` to `high`.
 
-    The state is that before the action that the claim is about; its feature is a hash. A claim to be replaced that has
-    no plausible false counterpart is withheld.
+    The state is the one before the action that the claim is about; its feature is a hash. An erring claim without a
+    plausible false counterpart is withheld.
     """
     said = []
     for claim, draw in zip(claims, rng.random(len(claims)).tolist(), strict=True):

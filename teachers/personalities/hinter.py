@@ -23,10 +23,10 @@ class _Ladder(Stage["Hinter"]):
 
 @dataclass(frozen=True)
 class Hinter(Personality):
-    """Replaces each advice (fp) by a coarser claim that it implies, by its rung on a ladder, the vaguest first.
+    """Replaces advice (fp) by a coarser claim that follows from it; the rung of a ladder says which, the vaguest first.
 
-    It climbs a rung after each bad action, and returns to rung `level` after a good one. Advice without coarser claims
-    is replaced by "there is something good to be done" on rung 0.
+    It climbs a rung after each bad action, and returns to rung `level` after a good one. On rung 0, advice without
+    coarser claims becomes "there is something good to be done".
     """
 
     level: Annotated[int, Range(0, 100)] = 0

@@ -11,7 +11,7 @@ from worlds.batches import Floats
 
 
 class Weighing(Advising["Importance"]):
-    """Counts the turns in which something is said."""
+    """Counts the turns in which it speaks."""
 
     def wants(self, view: View) -> bool:
         """Whether much is at stake in the next action."""
@@ -22,7 +22,7 @@ class Weighing(Advising["Importance"]):
 class Importance(Early):
     """Speaks iff the best action is worth at least the threshold more than the worst, and budget is left.
 
-    The budget counts turns of an episode in which something is said; the threshold is in units of the oracle's values.
+    The budget counts the turns of an episode in which it speaks; the threshold is in units of the oracle's values.
     """
 
     threshold: Annotated[float, Range(0, 1e9)] = 0.5

@@ -10,9 +10,9 @@ from teachers.spec import Share
 def inconsistent(
     claims: Claims, view: View, rng: np.random.Generator, *, likelihood: Share = 0.8, consistency: Share = 0.9
 ) -> Claims:
-    """Says each claim with probability `likelihood`, and then the true one with probability `consistency`.
+    """Says each claim with probability `likelihood`; a claim that it says stays true with probability `consistency`.
 
-    A claim to be replaced that has no plausible false counterpart is withheld.
+    A claim that should become false, without a plausible false counterpart, is withheld.
     """
     said = []
     for claim, (speaks, errs) in zip(claims, rng.random((len(claims), 2)).tolist(), strict=True):

@@ -11,10 +11,10 @@ from teachers.spec import Range, Worlds
 def informative(
     claims: Claims, view: View, *, bits: Annotated[float, Range(0, 64)] = 1.0, worlds: Worlds = 256
 ) -> Claims:
-    """Of the claims and the oracle's clues, says the one nearest to so many bits; of equal ones, the first.
+    """Says the claim or clue whose information is nearest to `bits`, the first of equal ones.
 
-    Bits are measured by worlds that the student, which has seen and heard what it has, cannot tell apart. What it can
-    know already, it is not told.
+    Worlds that the student cannot tell apart, by all that it has seen and heard, measure the information. Claims that
+    the student can know already are withheld.
     """
     off = [(abs(found.bits - bits), claim) for claim, found in view.weigh_all(claims, worlds) if found.bits]
     return (min(off, key=lambda each: each[0])[1],) if off else ()

@@ -22,9 +22,9 @@ class _Knowledge(Stage["LimitedKnowledge"]):
 
 @dataclass(frozen=True)
 class LimitedKnowledge(Personality):
-    """Says a claim iff the state before the action that the claim is about is a known one.
+    """Says a claim iff it knows the state before the action that the claim is about.
 
-    The known states are drawn when an episode begins. Rewards (r) are always said.
+    The known states are drawn at the start of each episode. Rewards (r) are always said.
     """
 
     fraction: Share = 0.5

@@ -8,7 +8,7 @@ from teachers.spec import Share
 
 @personality(source="B-Pref eps_mistake", honest=False)
 def mistake(claims: Claims, view: View, rng: np.random.Generator, *, eps: Share = 0.1) -> Claims:
-    """Errs independently per claim. A claim to be replaced that has no plausible false counterpart is withheld."""
+    """Errs independently per claim. An erring claim without a plausible false counterpart is withheld."""
     wrong = rng.random(len(claims)) < eps
     said = [view.distort(claim, rng) if err else claim for claim, err in zip(claims, wrong.tolist(), strict=True)]
     return [claim for claim in said if claim is not None]

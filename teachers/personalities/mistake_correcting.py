@@ -10,7 +10,7 @@ TOLERANCE = 1e-9
 
 
 class _Correcting(Weighing):
-    """Counts the turns in which something is said."""
+    """Counts the turns in which it speaks."""
 
     def wants(self, view: View) -> bool:
         acted = view.moment.action is not None

@@ -9,10 +9,10 @@ from teachers.spec import Range
 
 @personality(source="B-Pref gamma", needs=("hindsight", "plan", "values"))
 def myopic(claims: Claims, view: View, *, gamma: Annotated[float, Range(0, 0.99)] = 0.9) -> Claims:
-    """Judges an action by how soon an optimal policy solves the task after it: gamma to the number of actions.
+    """Values an action by gamma to the number of actions in which an optimal policy then solves the task.
 
-    Beyond the horizon of 1 / (1 - gamma), 1 to 100 actions, it counts 0. Blame (hn) is said only if another action is
-    worth more by this measure; what passes without blame may still be worse in the long run. Other claims pass.
+    Beyond the horizon of 1 / (1 - gamma), 1 to 100 actions, the value is 0. It says blame (hn) only if another action
+    has a greater value; an action without blame may still be worse in the long run. Other claims pass.
     """
     values = view.past_values()
     if values is None or not any(claim.kind is HN for claim in claims):

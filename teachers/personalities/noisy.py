@@ -17,9 +17,9 @@ def noisy(
 ) -> Claims:
     """Calls the last action good with the probability that Bradley and Terry's model gives it over its rival.
 
-    That is 1 / (1 + exp(-beta (v - w))) with v the action's value and w the greatest of those that differ from it; an
-    action without such a rival is good. Beta is the rationality: with 0 the verdict is a coin flip, with a large beta
-    it follows the values. Verdicts (hp, hn) that differ from the draw are reversed; other claims pass.
+    That is 1 / (1 + exp(-beta (v - w))) with v the action's value and w the greatest different value of another action,
+    its rival; an action without a rival is good. Beta is the rationality: with 0 the verdict is a coin flip, with a
+    large beta it follows the values. Verdicts (hp, hn) that differ from the draw are reversed; other claims pass.
     """
     draw, values = rng.random(), view.past_values()
     if values is None:

@@ -11,6 +11,6 @@ from teachers.spec import Range
 def overconfident(claims: Claims, view: View, *, by: Annotated[float, Range(1, 100)] = 2.0) -> Claims:
     """Multiplies the log-odds of each hedge; by 2, 80 % becomes 94 %.
 
-    A hedge stays one, of 99 % at most. Flat claims pass.
+    A hedge has 99 % at most. Flat claims pass.
     """
     return [bend(claim, by) for claim in claims]

@@ -27,8 +27,8 @@ class _Knowledge(Stage["Partial"]):
 class Partial(Personality):
     """Replaces the oracle's claims by those of `teachers.partial.PartialOracle`, which does not see the truth.
 
-    The oracle is asked in worlds that agree with the evidence. What it says in more than half of them is said flatly if
-    it holds in all, else with the share in which it holds; else it is silent.
+    The oracle judges worlds that agree with the evidence. A claim that it makes in more than half of them is said:
+    flatly if it holds in all, else with the share of worlds where it holds.
     """
 
     sees: str = "student"
@@ -37,7 +37,7 @@ class Partial(Personality):
     steps: Annotated[int, Range(1, 1000)] = 10
     """Actions of that walk, at most."""
     worlds: Worlds = 256
-    """Number of worlds that are drawn in a turn, where the posterior cannot list all."""
+    """Number of worlds that are drawn in a turn if the posterior cannot list all."""
 
     stage = _Knowledge
 
@@ -48,7 +48,7 @@ class Partial(Personality):
 
     @property
     def needs(self) -> frozenset[str]:
-        """A posterior; with a walk, too, it has to be exact, or hardly any world agrees with both."""
+        """A posterior; with a walk an exact one, or hardly any world would agree with both."""
         return frozenset((POSTERIOR, EXACT) if self.sees == "walk" else (POSTERIOR,))
 
     def __post_init__(self) -> None:

@@ -37,8 +37,8 @@ class _Expecting(Weighing):
 class Predictive(Importance):
     """Speaks iff much is at stake in the next action and the expected action is not optimal.
 
-    The expected action is the student's most frequent one in this state, or, in a new state, in all states; of equally
-    frequent actions, the first. Before the first action none is expected, and it is silent.
+    The expected action is the student's most frequent one in this state, or, in a new state, in all states; the first
+    of equally frequent ones. Before the first action it expects none and is silent.
     """
 
     needs = frozenset(("importance", "regret"))

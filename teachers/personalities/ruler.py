@@ -23,9 +23,9 @@ class _Rules(Stage["Ruler"]):
 
 @dataclass(frozen=True)
 class Ruler(Personality):
-    """Says in each turn the first of the oracle's clues that it has not said before in the episode, and nothing else.
+    """Says in each turn the first of the oracle's clues that it has not yet said in the episode, and nothing else.
 
-    Only clues count that stay true for the whole episode, or in every world of a town.
+    It uses only clues that stay true for the whole episode or in every world of a town.
     """
 
     source = "ours"

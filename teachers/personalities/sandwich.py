@@ -6,9 +6,9 @@ from teachers.personality import Claims, View, personality
 
 @personality(source="folk")
 def sandwich(claims: Claims, view: View) -> Claims:
-    """Says the same claims in the order r, hp, hn, fn, fp, with the last praise, if there is more, behind the blame.
+    """Says the same claims in the order r, hp, hn, fn, fp; of several praises, the last follows the blame.
 
-    It adds no praise: where there is none, it begins with the blame.
+    It adds no praise: without praise it begins with the blame.
     """
     reward, praise, blame, warning, advice = ([c for c in claims if c.kind is kind] for kind in (R, HP, HN, FN, FP))
     last = praise[-1:] if len(praise) > 1 and blame else []

@@ -26,7 +26,7 @@ class _Help(Stage["Scaffold"]):
 class Scaffold(Personality):
     """Begins with full help, which each good action reduces and each bad one increases.
 
-    Help is a number from 0, silence, to 1; the kinds of claims come in with it in the order r, hp, hn, fn, fp.
+    Help is a number from 0, silence, to 1; with more help more kinds are said, in the order r, hp, hn, fn, fp.
     """
 
     fade: Share = 0.2

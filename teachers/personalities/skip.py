@@ -31,8 +31,8 @@ class _Worth(Stage["Skip"]):
 class Skip(Personality):
     """Says nothing if the last two actions both were worth less than eps times the running mean of what was at stake.
 
-    The worth of an action is its value minus that of the worst action. The source skips a comparison if neither of
-    its two options is good; here these are the student's last two actions, of which the first turn has one.
+    The worth of an action is its value minus that of the worst action. The source skips a comparison if neither of its
+    two options is good; here the options are the student's last two actions, or its only one in the first turn.
     """
 
     eps: Share = 0.1

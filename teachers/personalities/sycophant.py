@@ -40,8 +40,8 @@ class _Flatterer(Stage["Sycophant"]):
 class Sycophant(Personality):
     """Withholds blame (hn); with probability p it says false praise instead. Other claims pass.
 
-    Pushback is to repeat an action right after the teacher advised another one. Then blame is always replaced by
-    praise, and the rejected advice is not repeated.
+    Pushback is to repeat an action right after the teacher advised another one. It then replaces all blame by praise
+    and does not repeat the rejected advice.
     """
 
     p: Share = 0.5

@@ -11,6 +11,6 @@ from teachers.spec import Range
 def timid(claims: Claims, view: View, *, by: Annotated[float, Range(1, 100)] = 2.0) -> Claims:
     """Divides the log-odds of each hedge; by 2, 80 % becomes 67 %.
 
-    A hedge stays one, of 51 % at least. Flat claims pass.
+    A hedge has 51 % at least. Flat claims pass.
     """
     return [bend(claim, 1 / by) for claim in claims]

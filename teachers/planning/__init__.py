@@ -1,4 +1,4 @@
-"""Oracles for environments that bring none: they plan, and say no more than their tier of planning knows."""
+"""Planned oracles for environments without one; the tier of planning limits what they say."""
 
 import warnings
 from collections.abc import Callable
@@ -30,11 +30,11 @@ TIERS: dict[str, type[Planner]] = {
     "exact": Exact,
     "expert": Expert,
 }
-"""Planners by name, those that know the most first."""
+"""Planners by name; the one that knows most comes first."""
 
 
 class Auto(Planner):
-    """The first of the tiers that serves an environment, each with its default options; if none does, rewards alone."""
+    """Uses the first tier that serves an environment, with its default options; if none does, rewards alone."""
 
     def plan(self, env: gymnasium.Env[Any, Any], turns: int, success: Callable[..., Any] | None = None) -> Planned:
         """Try each tier; if none serves, warn of the reasons.
@@ -77,7 +77,7 @@ class Auto(Planner):
 def survey(
     env: gymnasium.Env[Any, Any], turns: int, asked: Planner | None = None
 ) -> dict[str, Planned | PlanningError]:
-    """What tiers say of an environment: their plans, or why they do not serve.
+    """The plan of each tier for an environment, or the reason why it does not serve.
 
     Args:
         env: the environment.
@@ -100,7 +100,7 @@ def parse_planner(spec: str) -> Planner:
     """The planner of a spec string, such as `auto` or `exact(gamma=0.95)`.
 
     Raises:
-        ValueError: there is none.
+        ValueError: the spec names no planner.
     """
     known: dict[str, type[Planner]] = {"auto": Auto, **TIERS}
     call = parse_call(

@@ -1,4 +1,4 @@
-"""The interface of planners, and what they find out about an environment."""
+"""The interface of planners, and their result."""
 
 import copy
 import random
@@ -19,50 +19,50 @@ _TRIAL = 20  # steps
 
 
 REWARDS = "rewards"
-"""The tier of a teacher who says what was paid, and no more."""
+"""The tier of a teacher that states rewards only."""
 
 
 class PlanningError(ValueError):
-    """Raised by a planner that cannot serve an environment; it says why, and what would help."""
+    """A planner cannot serve an environment; the message says why, and what would help."""
 
 
 class RewardsOnlyWarning(UserWarning):
-    """No tier of planning serves an environment, so that its teacher says what was paid, and no more."""
+    """No tier of planning serves an environment, so its teacher states rewards only."""
 
 
 @dataclass(frozen=True)
 class Planned:
-    """What makes an environment a lesson."""
+    """All that a lesson in an environment needs."""
 
     tier: str
-    """How much is known: a name of `teachers.planning.TIERS`, or `rewards`."""
+    """A name of `teachers.planning.TIERS`, or `rewards`."""
     why: str
     """What the tier rests on, for people."""
     oracle: type[Oracle[Any, Any]]
     phrases: Phrases
     """The oracle's phrases, or the path of their file."""
     look: Callable[[_Env], Any] | None
-    """Reads the key of the current state, hashable, which truths show as `seen`; None: these show the observation."""
+    """Reads the hashable key of the current state, which truths have as `seen`; None: truths have the observation."""
     model: Any
-    """What oracle and claims know of the environment; see `worlds.wrapped.gym_world.GymWorld.model`."""
+    """The knowledge of oracle and claims; see `worlds.wrapped.gym_world.GymWorld.model`."""
     horizon: int | None = None
-    """Most actions of the episodes for which it holds; None: any number."""
+    """Most actions of the episodes that it serves; None: any number."""
     action_words: Mapping[str, Any] = field(default_factory=dict)
     """Words that name actions; empty: none are known."""
     describe: Callable[[Any], str] | None = None
     """An observation as text; None: plain numbers."""
     success: Callable[..., Any] | None = None
-    """Whether a step has solved the task, where the caller has not said; see `worlds.wrapped.gym_world.GymWorld`."""
+    """Whether a step has solved the task, unless the caller says; see `worlds.wrapped.gym_world.GymWorld`."""
     privileged: bool | None = None
-    """Whether the teacher knows more of a state than the student sees; None: that is not known."""
+    """Whether the teacher knows more of a state than the student sees; None: unknown."""
     copies: bool = True
-    """Whether the oracle goes to states of the environment; if not, episodes begin without a copy of it."""
+    """Whether the oracle restores states of the environment; if not, episodes begin without a copy of it."""
     objective: str = ""
-    """What values are of, for people; lessons have it in the info of a reset."""
+    """The objective of the values, for people; the info of a reset has it."""
     size: str = ""
-    """How much is planned, for people: so many states, or roll-outs with their greatest length."""
+    """The size of the plan, for people: the number of states, or of roll-outs with their horizon."""
     refused: Mapping[str, str] = field(default_factory=dict)
-    """Why higher tiers do not serve, by their names."""
+    """The reasons why higher tiers do not serve, by tier."""
 
 
 class Planner(ABC):
@@ -70,15 +70,15 @@ class Planner(ABC):
 
     @abstractmethod
     def plan(self, env: _Env, turns: int, success: Callable[..., Any] | None = None) -> Planned:
-        """Find out what can be known.
+        """Plan for an environment.
 
         Args:
             env: an environment, which may be reset and stepped.
             turns: most actions of an episode.
-            success: whether a step has solved the task; None: what the environment says, or the planner knows.
+            success: whether a step has solved the task; None: the environment or the planner decides.
 
         Raises:
-            PlanningError: the environment is none that it can serve.
+            PlanningError: it cannot serve the environment.
         """
 
 
@@ -104,7 +104,7 @@ def _is_number(reward: Any) -> bool:
 
 
 def why_unlike(env: _Env) -> str:
-    """Why copies of an environment do not continue like the original, as far as resets show."""
+    """Why copies of an environment do not continue like the original; resets may show it."""
     first = still(env.reset(seed=0)[0])
     if any(not same(first, still(env.reset(seed=0)[0])) for _ in range(_TRIAL)):
         return "reset(seed=0) does not give the same each time; let the seed decide all that it draws"
@@ -112,12 +112,12 @@ def why_unlike(env: _Env) -> str:
 
 
 def shared_draws() -> Any:
-    """The state of the generators that `random` and NumPy share."""
+    """The states of the global generators of `random` and NumPy."""
     return random.getstate(), np.random.get_state()  # noqa: NPY002 (only looked at)
 
 
 def check_own_draws(env: _Env) -> None:
-    """Play at random, to see whether steps draw from what copies of the environment do not hold.
+    """Check by random play that steps do not draw from global generators, which copies would share.
 
     Raises:
         PlanningError: they do.
@@ -138,10 +138,10 @@ def check_own_draws(env: _Env) -> None:
 
 
 def check_steps(env: _Env) -> None:
-    """Take a step, to see whether the environment can do that.
+    """Check that the environment can be reset and stepped.
 
     Raises:
-        PlanningError: it raised, or gave something else than Gymnasium demands.
+        PlanningError: it raised, or its result is not what Gymnasium demands.
     """
     try:
         space = copy.deepcopy(env.action_space)

@@ -1,4 +1,4 @@
-"""A bar on the terminal while planning takes long."""
+"""A progress bar for long planning."""
 
 import sys
 import time
@@ -11,11 +11,11 @@ _PATIENCE = 1.0  # seconds before it is shown
 
 
 class ProgressBar:
-    """Shows how much of what was found is done, on standard error, if that is a terminal. It is a context.
+    """Context that shows the done share of the found items, on standard error, if that is a terminal.
 
     Args:
-        what: what is done, such as "exploring".
-        unit: of what is counted.
+        what: the task, such as "exploring".
+        unit: the name of the items.
     """
 
     def __init__(self, what: str, unit: str) -> None:
@@ -23,7 +23,7 @@ class ProgressBar:
         self._bar: Any = None
 
     def show(self, done: int, found: int) -> None:
-        """Show the numbers, which may both grow."""
+        """Show both numbers; either may grow."""
         if self._bar is None and sys.stderr.isatty() and time.monotonic() - self._begun > _PATIENCE:
             from rich.progress import BarColumn, Progress, TextColumn
 

@@ -1,4 +1,4 @@
-"""The key of an environment's state for the tier `exact`, where nobody gives one: all that the environment holds."""
+"""The default key of an environment's state for the tier `exact`: all that the environment holds."""
 
 import copy
 import hashlib
@@ -30,28 +30,27 @@ _DRAWN = {"window", "clock", "screen"}  # of Gymnasium's pictures; another's `cl
 _FIXED = spaces.Space, EnvSpec  # no part of the state
 _LAST: list[tuple[Any, bytes]] = []  # the table that was read last, and its digest
 HINT = "pass oracle=Exact(state=f) of teachers.planning, where f(env) is all that decides what happens, hashable"
-"""What gives a key in its place."""
+"""Advice to give a key of one's own."""
 
 
 @dataclass(frozen=True)
 class StateKey:
     """The key of a state: a digest of an environment's attributes, or of what its `get_state()` returns.
 
-    States that differ in these have different keys. The key may also tell apart states that are the same, which costs
-    time.
+    States that differ in these have different keys. The key may also distinguish equivalent states, which costs time.
     """
 
     counts: tuple[str, ...] = ()
-    """The attributes that count steps; they are part of the key."""
+    """The attributes that count steps; the key includes them."""
     asks: bool = False
-    """Whether it calls `get_state()`, rather than look at attributes."""
+    """Whether it calls `get_state()` in place of reading attributes."""
 
     def __call__(self, env: _Env) -> bytes:
-        """Read the state; errors as `parts`."""
+        """Read the state; errors as in `parts`."""
         return hashlib.blake2b(repr(self.parts(env)).encode(), digest_size=16).digest()
 
     def parts(self, env: _Env) -> dict[str, Hashable]:
-        """What is in the key, by name.
+        """The parts of the key, by name.
 
         Raises:
             PlanningError: a value cannot be compared.
@@ -63,7 +62,7 @@ class StateKey:
 
 
 def state_key(env: _Env) -> StateKey:
-    """A key that tells apart all states that differ.
+    """A key that distinguishes all different states.
 
     Args:
         env: an environment, which is reset and stepped.
@@ -76,15 +75,15 @@ def state_key(env: _Env) -> StateKey:
 
 
 def other_parts(env: _Env, left_out: Set[str]) -> dict[str, Hashable]:
-    """What an environment and its wrappers hold beside these attributes, by name; None for what cannot be compared."""
+    """Attributes of an environment and its wrappers except `left_out`, by name; None for incomparable values."""
     return {name: _read_or_pickle(value) for name, value in _changeable(env).items() if name not in left_out}
 
 
 def check_wrappers(env: _Env) -> None:
-    """See whether what is around an environment has no state of its own.
+    """Check that no wrapper of an environment has a state of its own.
 
     Raises:
-        PlanningError: a wrapper may have one.
+        PlanningError: a wrapper may have a state.
     """
     for layer in layers(env):
         if not is_plain(layer):
@@ -92,10 +91,10 @@ def check_wrappers(env: _Env) -> None:
 
 
 def check_recurs(env: _Env, state: State) -> None:
-    """Play at random, and look at what changes.
+    """Check by random play that states can recur.
 
     Raises:
-        PlanningError: it has real numbers, which hardly recur; or the state cannot be read.
+        PlanningError: changing attributes hold real numbers, which hardly recur; or the state cannot be read.
     """
 
     def read(env: _Env) -> dict[str, Any]:
@@ -118,7 +117,7 @@ def counts_of(env: _Env) -> tuple[str, ...]:
 
 
 def _steps(env: _Env, read: Callable[[_Env], dict[str, Any]]) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
-    """What is read before and after each step of random play."""
+    """The values that `read` returns before and after each step of random play."""
     space = copy.deepcopy(env.action_space)
     space.seed(0)
     env.reset(seed=0)
@@ -131,7 +130,7 @@ def _steps(env: _Env, read: Callable[[_Env], dict[str, Any]]) -> Iterator[tuple[
 
 
 def _read(what: str, value: Any) -> Hashable:
-    """A value as it is compared.
+    """A value in comparable form.
 
     Raises:
         PlanningError: it cannot be compared.
@@ -143,7 +142,7 @@ def _read(what: str, value: Any) -> Hashable:
 
 
 def _read_or_pickle(value: Any) -> Hashable:
-    """A value as it is compared, or what pickle writes of it; None if it cannot."""
+    """A value in comparable form, else its pickle; None if neither exists."""
     try:
         return comparable(value)
     except (TypeError, ValueError):
@@ -156,15 +155,15 @@ def _read_or_pickle(value: Any) -> Hashable:
 
 
 def _changeable(env: _Env) -> dict[str, Any]:
-    """What an environment and its wrappers hold, by name, without what is no part of the state."""
+    """The attributes of an environment and its wrappers that may be state, by name."""
     toy = type(env.unwrapped).__module__.startswith(_TOYS)
     return {name: value for name, value in _attributes(env).items() if not _is_fixed(name, value, toy)}
 
 
 def _attributes(env: _Env) -> dict[str, Any]:
-    """What an environment and its wrappers hold, by name: attributes, slots, and what instances of a class share.
+    """All attributes of an environment and its wrappers, by name: of instances, in slots, and of classes.
 
-    Of the last only what can be changed in place.
+    Class attributes count only if they are mutable.
     """
     found: dict[str, Any] = {}
     for layer in layers(env):
@@ -192,14 +191,14 @@ def _shared(cls: type) -> dict[str, Any]:
 
 
 class _Pickler(pickle.Pickler):
-    """Writes objects without their random generators, which are no part of the state."""
+    """Pickles objects without their random generators, which are not state."""
 
     def persistent_id(self, value: Any) -> str | None:
         return "generator" if is_generator(value) else None
 
 
 def _is_fixed(name: str, value: Any, toy: bool) -> bool:
-    """Whether an attribute is no part of the state."""
+    """Whether an attribute is certainly not state."""
     if name in _COMMON or (toy and name in _TOY) or isinstance(value, _FIXED):
         return True
     if is_generator(value):  # draws to come are not to be known
@@ -208,14 +207,14 @@ def _is_fixed(name: str, value: Any, toy: bool) -> bool:
 
 
 def comparable(value: Any, around: tuple[int, ...] = ()) -> Hashable:
-    """A value in a form that can be compared and hashed, whose `repr` is the same for equal values.
+    """A value in a form that can be compared and hashed; equal values have the same `repr`.
 
     Args:
         value: the value.
-        around: the ids of what holds it, by which one that holds itself is named.
+        around: the ids of the containers around it, to detect a value that contains itself.
 
     Raises:
-        TypeError: there is none.
+        TypeError: the value has no such form.
     """
     if isinstance(value, np.generic) and not isinstance(number := value.item(), np.generic):
         return comparable(number)
@@ -249,14 +248,14 @@ def comparable(value: Any, around: tuple[int, ...] = ()) -> Hashable:
 
 
 def _of_table(table: Mapping[Any, Any]) -> Hashable:
-    """A large table in short; one that is equal to the last one is not read again."""
+    """A short form of a large table; a table equal to the last one is not read again."""
     if not _LAST or _LAST[0][0] != table:
         _LAST[:] = [(unshared(table), hashlib.blake2b(repr(comparable(table)).encode(), digest_size=16).digest())]
     return _LAST[0][1]
 
 
 def unshared(table: Any) -> Any:
-    """A copy of what can be changed in a table."""
+    """A copy of the mutable parts of a table."""
     if isinstance(table, Mapping):
         return {key: unshared(each) for key, each in table.items()}
     return list(map(unshared, table)) if isinstance(table, list) else table
@@ -268,7 +267,7 @@ def _named(value: Any) -> str:
 
 
 def _is_real(value: Any) -> bool:
-    """Whether a value has real numbers that are not whole."""
+    """Whether a value contains real numbers that are not whole."""
     if isinstance(value, float):
         return not value.is_integer()
     if isinstance(value, tuple) and len(value) == 3 and isinstance(value[1], str) and isinstance(value[2], bytes):

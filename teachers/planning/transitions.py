@@ -1,11 +1,11 @@
-"""What may happen in an environment, as data."""
+"""The transitions of an environment, as data."""
 
 from collections.abc import Hashable, Mapping, Sequence
 from typing import NamedTuple
 
 
 class Transition(NamedTuple):
-    """One thing that may happen after an action."""
+    """One possible outcome of an action."""
 
     probability: float
     state: Hashable
@@ -14,4 +14,4 @@ class Transition(NamedTuple):
 
 
 Transitions = Mapping[Hashable, Sequence[Sequence[Transition]]]
-"""Per key of a state and number of an action, all that may happen; nothing in states in which an episode has ended."""
+"""All outcomes, by key of a state and index of an action; none in states where an episode has ended."""

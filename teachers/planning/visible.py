@@ -1,4 +1,4 @@
-"""Whether a student sees what decides what happens, as far as play shows."""
+"""Whether the student's observations determine the next ones, tested by random play."""
 
 import copy
 import time
@@ -23,10 +23,10 @@ def privileged(env: _Env, own: Known | None) -> bool | None:
 
     Args:
         env: the environment, which is reset and stepped.
-        own: what is known of it.
+        own: the module's knowledge of it, if any.
 
     Returns:
-        What is known; else True if play shows it, and None if not.
+        The answer in `own` if it has one; else True if play shows hidden state, and None if not.
     """
     if own is not None and own.hides is not None:
         return own.hides
@@ -34,7 +34,7 @@ def privileged(env: _Env, own: Known | None) -> bool | None:
 
 
 def _hides(env: _Env) -> bool:
-    """Whether an action had two results after the same observation and number of actions, with the same draws."""
+    """Whether play finds one action with two results after equal observations, turns and draws."""
     space, begun = copy.deepcopy(env.action_space), time.process_time()
     space.seed(0)
     seen: dict[Hashable, Hashable] = {}

@@ -1,4 +1,4 @@
-"""Test students with unusual behaviour; what teachers say to them must be true as well."""
+"""Test students with unusual behaviour: what teachers say to them must be true, too."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import MappingProxyType
@@ -13,7 +13,7 @@ from worlds.wrapped.position import same
 
 
 class Unread(str):
-    """A text that is no action."""
+    """A text that does not parse as an action."""
 
     __slots__ = ()
 
@@ -28,7 +28,7 @@ class Seen(NamedTuple):
     claims: Sequence[Claim[Any]]
     """The claims about it."""
     listed: Sequence[Any]
-    """The actions that have an effect now, where the world lists them."""
+    """The actions that have an effect now, if the world lists them."""
     rng: np.random.Generator
 
     def one_of(self, actions: Sequence[Any]) -> Any:
@@ -103,7 +103,7 @@ def contrary(seen: Seen) -> Any:
 
 
 def extreme(seen: Seen) -> Any:
-    """A corner of the space, an edge or its middle; the first or the last action; a text that is empty or long."""
+    """A corner of the space, an edge or its middle; the first or the last action; an empty or a long text."""
     space, some = seen.world.action_space, seen.anything()
     found: list[Any] = []
     if isinstance(space, spaces.Box) and space.is_bounded():
@@ -120,7 +120,7 @@ def extreme(seen: Seen) -> Any:
 
 
 def garbling(seen: Seen) -> Any:
-    """A text that is no action, half of the time."""
+    """A text that does not parse, half of the time."""
     if seen.rng.random() < 0.5:
         return seen.anything()
     text: str = seen.one_of(_GARBLED)
@@ -138,9 +138,9 @@ class Habit(NamedTuple):
     """The behaviour of a test student, whatever the teacher says."""
 
     act: Callable[[Seen], Any]
-    """The action of a turn; `Unread` for a text that is none."""
+    """The action of a turn; `Unread` for a text that does not parse."""
     patience: int | None = None
-    """The number of turns after which it leaves and the next episode begins; None: it stays to the end."""
+    """The number of turns after which it leaves and the next episode begins; None: it never leaves."""
 
 
 HABITS: Mapping[str, Habit] = MappingProxyType(

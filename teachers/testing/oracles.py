@@ -35,7 +35,7 @@ from teachers.testing.wording import check_wording
 from worlds.testing import plain, require
 
 _CLUES, _SCOPE = 1, 2  # seeds of play
-_SELDOM = 4  # times as many turns elsewhere as where all that was said is checked in each turn
+_SCOPE_SHARE = 4  # the check of scopes, which is slow, plays a fourth of the turns
 _SHORT = 20  # times as many turns of random play as of each habit
 _EPISODES = 10  # of a student that acts by the values
 _NEAR = 1e-9  # differences of values below this are rounding
@@ -72,7 +72,7 @@ def check_contradictions(pupil: Pupil) -> None:
 
 
 def check_distortion(pupil: Pupil) -> None:
-    """A distorted claim is false, and there is one for every kind of feedback that the oracle gives."""
+    """Distorted claims are false, and every kind of feedback that the oracle gives can be distorted."""
     rng = np.random.default_rng(0)
     lab = pupil.make_world().scratch()
     distorted = set()
@@ -91,7 +91,7 @@ def check_distortion(pupil: Pupil) -> None:
 
 
 def check_hints(pupil: Pupil) -> None:
-    """The coarser claims of a claim are of its kind, have phrases, and hold."""
+    """The coarser claims of a true claim have its kind, have phrases, and hold."""
     lab = pupil.make_world().scratch()
     voice = pupil.make_teacher(pupil.make_world()).voice
     for oracle, moment in pupil.judged():
@@ -103,7 +103,7 @@ def check_hints(pupil: Pupil) -> None:
 
 
 def check_clues(pupil: Pupil) -> None:
-    """Clues are true, also after a text that is no action; by their fields alone; and help with the next action.
+    """Clues are true, also after a text that did not parse, and by their fields alone; they help with the next action.
 
     They are of the kinds fp and fn and name no action. None repeats or excludes another, and some can be made false.
     """
@@ -137,10 +137,10 @@ def check_clues(pupil: Pupil) -> None:
 
 
 def check_scope(pupil: Pupil) -> None:
-    """What is true once of a claim that reaches the world, or further, stays true for the whole episode."""
+    """A claim whose scope is the world or the family stays true for the whole episode."""
     lab = pupil.make_world().scratch()
     lasting: dict[Claim, None] = {}
-    for oracle, moment in dataclasses.replace(pupil, turns=-(-pupil.turns // _SELDOM)).judged(_SCOPE):
+    for oracle, moment in dataclasses.replace(pupil, turns=-(-pupil.turns // _SCOPE_SHARE)).judged(_SCOPE):
         claims = oracle.judge(moment) + oracle.clues(moment.after)
         if moment.turn == 0:
             lasting = {}
@@ -153,7 +153,7 @@ def check_scope(pupil: Pupil) -> None:
 
 
 def check_kinds(pupil: Pupil) -> None:
-    """All kinds of the oracle occur, in speaking order; `judge` with fewer kinds gives just the claims of these."""
+    """All kinds of the oracle occur, in speaking order; `judge` with fewer kinds gives exactly their claims."""
     seen = set()
     order: list[FeedbackType | None] = list(KINDS)
     for oracle, moment in pupil.judged():
@@ -180,7 +180,7 @@ def check_kinds(pupil: Pupil) -> None:
 
 
 def check_judging_changes_nothing(pupil: Pupil) -> None:
-    """Judging leaves the taught world as it is."""
+    """Judging does not change the taught world."""
     world = pupil.make_world()
     oracle = pupil.make_teacher(world).oracle
     for moment in pupil.moments(world):
@@ -197,7 +197,7 @@ def check_judging_changes_nothing(pupil: Pupil) -> None:
 
 
 def check_claims(pupil: Pupil) -> None:
-    """Claims are hashable values of JSON's types; the actions that they name are legal and canonical."""
+    """Claims are hashable values of JSON types; their actions are legal and canonical."""
     world = pupil.make_world()
     for instruction_type in _teaching(pupil).instruction_types:
         for atom, _, _ in pupil.atoms(instruction_type=instruction_type):
@@ -218,7 +218,7 @@ def check_claims(pupil: Pupil) -> None:
 
 
 def _require_json(claim: Claim, name: str, value: Any) -> None:
-    """NumPy's numbers are refused: JSON writes them differently, or not at all."""
+    """Refuse NumPy's numbers: JSON writes them differently, or not at all."""
     if isinstance(value, tuple):
         for item in value:
             _require_json(claim, name, item)
@@ -262,8 +262,8 @@ def check_instructions(pupil: Pupil) -> None:
 def check_plans(pupil: Pupil) -> None:
     """Following the plan has no regret; importance lies between 0 and `max_importance`; regret is never negative.
 
-    What a verdict finds that actions are worth is what the oracle's values say.
-    An oracle without plans may raise RefusalError for regrets.
+    The values that a verdict finds for actions are the oracle's values. An oracle without plans may raise RefusalError
+    for regrets.
     """
     world = pupil.make_world()
     oracle = pupil.make_teacher(world).oracle
@@ -301,11 +301,11 @@ def check_plans(pupil: Pupil) -> None:
 
 
 def check_values(pupil: Pupil) -> None:
-    """Where actions have values, all else that the oracle says of an action agrees with them.
+    """If actions have values, all that the oracle says about an action agrees with them.
 
-    What it advises and plans has the greatest value, what it warns of has not. What it praises loses no more on average
-    than what it blames: one verdict may be on an outcome that chance brought. Regret is what the action lost of the
-    greatest value, importance the greatest value less the least.
+    Advised and planned actions have the greatest value, and actions of warnings have not. Praised actions lose no more
+    on average than blamed ones: a single verdict may be about a random outcome. Regret is the greatest value minus the
+    action's, importance the greatest value minus the least.
     """
     lost: dict[FeedbackType | None, list[float]] = {HP: [], HN: []}
     for oracle, moment in pupil.judged():
@@ -341,9 +341,9 @@ def _require_near(got: float, expected: float, what: str, given: Any) -> None:
 
 
 def check_returns(pupil: Pupil) -> None:
-    """Where actions have values, taking the greatest succeeds as often as taking the least, and earns as much.
+    """If actions have values, the best actions succeed and earn at least as much as the worst.
 
-    Success counts first: an episode that it ends earns no more.
+    Success counts first: after it, an episode earns no more.
     """
     played = {choose: _played(pupil, choose) for choose in (max, min)}
     require(
@@ -354,7 +354,7 @@ def check_returns(pupil: Pupil) -> None:
 
 
 def _played(pupil: Pupil, choose: Callable[[Any], float]) -> tuple[int, float]:
-    """Successes and return of a student that acts by the values."""
+    """Successes and return of a student that chooses actions by their values."""
     session = pupil.session(pupil.make_world(), instructs=True)
     successes, total = 0, 0.0
     for seed in range(_EPISODES):

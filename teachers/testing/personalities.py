@@ -1,6 +1,6 @@
 """The conformance kit for personalities.
 
-Each check takes a personality and a `Pupil` that it teaches, and raises an AssertionError that says what is wrong.
+Each check takes a personality and the `Pupil` that it teaches, and raises an AssertionError that says what is wrong.
 """
 
 import copy
@@ -39,7 +39,7 @@ def check_personality(personality: str | Personality, pupil: Pupil) -> None:
 
     Args:
         personality: a personality, or its spec.
-        pupil: what it teaches, of a family whose oracle has the abilities that the personality needs.
+        pupil: of a family whose oracle has the abilities that the personality needs.
     """
     for check in PERSONALITY_CHECKS:
         check(parse_personality(personality), pupil)
@@ -84,7 +84,7 @@ def check_promise(personality: Personality, pupil: Pupil) -> None:
 
 
 def check_meaning(personality: Personality, pupil: Pupil) -> None:
-    """If it is honest, it never contradicts itself in a turn. What holds by its ground is true by its fields alone."""
+    """If it is honest, it never contradicts itself in a turn; its grounded claims are true by their fields alone."""
     world = pupil.make_world()
     session = pupil.session(world, pupil.make_teacher(world, personality))
     for seed, episode in enumerate(pupil.episodes(pupil.turns)):
@@ -123,7 +123,7 @@ def check_speaking_changes_nothing(personality: Personality, pupil: Pupil) -> No
 
 
 def check_words(personality: Personality, pupil: Pupil) -> None:
-    """Each claim has words, and holds after pickling if it does before."""
+    """Each claim has words, and pickling does not change whether it holds."""
     lab = pupil.make_world().scratch()
     for episode in pupil.taught(personality, pupil.turns):
         for atom in itertools.chain.from_iterable(heard.atoms for heard in episode):
@@ -152,7 +152,7 @@ def check_copies(personality: Personality, pupil: Pupil) -> None:
 
 
 def _watch(session: Session, moments: Iterable[Moment]) -> list[tuple[Atom, ...]]:
-    """What is said of turns that were played elsewhere."""
+    """The atoms about given moments, turn by turn."""
     said = []
     for moment in moments:
         session.follow(moment)
@@ -162,7 +162,7 @@ def _watch(session: Session, moments: Iterable[Moment]) -> list[tuple[Atom, ...]
 
 
 def check_stages(personality: Personality, pupil: Pupil) -> None:
-    """It works after and before other stages: late claims stay late, and its own can be delayed."""
+    """It works after and before other stages: late claims stay late, and its own claims can be delayed."""
     for pipeline in (Delayed() | personality, personality | Delayed()):
         lab = pupil.make_world().scratch()
         for episode in pupil.taught(pipeline, pupil.turns):
@@ -173,18 +173,18 @@ def check_stages(personality: Personality, pupil: Pupil) -> None:
 
 
 def check_evidence(personality: Personality, pupil: Pupil) -> None:
-    """If it does not see the truth, it says the same in another world in which its evidence is the same.
+    """If it does not see the truth, it says the same in every world with the same evidence.
 
-    A walk of its own is random, so that then it is not known which worlds these are.
+    A personality with a random walk of its own is not checked: its evidence is unknown.
     """
     if personality.evidence not in ("student", "rewards"):
         return
     world = pupil.make_world()
     teacher = pupil.make_teacher(world, personality)
     session = pupil.session(world, teacher)
-    grounds = pupil.make_teacher(world, personality).grounds
-    require(grounds, f"{personality} does not see the truth, so that it needs a posterior")
-    assert grounds is not None  # noqa: S101  # or that was an error
+    context = pupil.make_teacher(world, personality).posterior_context
+    require(context, f"{personality} does not see the truth, so that it needs a posterior")
+    assert context is not None  # noqa: S101  # or that was an error
     for number, episode in enumerate(pupil.episodes(min(pupil.turns, 4 * pupil.max_turns))):
         turns = [
             WorldTurn(None if moment.before is None else moment.action, moment.reward, moment.after, moment.success)
@@ -192,7 +192,7 @@ def check_evidence(personality: Personality, pupil: Pupil) -> None:
         ]
         if personality.evidence == "rewards":
             turns = [turn._replace(reward_known=turn.action is not None) for turn in turns]
-        draw = next(grounds.posterior.draws(turns, np.random.default_rng(number)))
+        draw = next(context.posterior.draws(turns, np.random.default_rng(number)))
         other = DrawnWorld(draw, episode)
         said = []
         for moments in (episode, [other.moment(turn) for turn in range(len(episode))]):

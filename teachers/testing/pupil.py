@@ -1,4 +1,4 @@
-"""A world with the means to teach it, for the checks of the conformance kits."""
+"""What the checks of the conformance kits teach: a world, its teachers, and random students."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -16,13 +16,13 @@ from worlds.world import World
 
 
 class Taught(NamedTuple):
-    """What was said in a turn."""
+    """What a teacher said in a turn."""
 
     moment: Moment
     atoms: tuple[Atom, ...]
     """The feedback."""
     true: tuple[Claim, ...]
-    """What the oracle would have said, and its clues."""
+    """The claims of the oracle, and its clues."""
 
 
 @dataclass(frozen=True)
@@ -37,13 +37,13 @@ class Pupil:
     """Turns that a check plays."""
 
     def session(self, world: World[Any], *teachers: Teacher, **settings: Any) -> Session:
-        """A session of a world with its teachers; none: one with the default settings."""
+        """A session of a world with these teachers, or else with a teacher of default settings."""
         return Session(world, teachers or [self.make_teacher(world)], max_turns=self.max_turns, **settings)
 
     def play(self, session: Session, seed: int = 0, habit: str = "") -> Iterator[Moment]:
-        """Random play, or that of one of the `HABITS`, episode after episode; each opens with an opening moment.
+        """Moments of random play, or of one of the `HABITS`. Each episode begins with an opening moment.
 
-        The teachers have not spoken of the moment.
+        The teachers have not yet spoken about the moment.
         """
         rng = np.random.default_rng(seed)
         world, lab = session.world, session.world.scratch()
@@ -67,7 +67,7 @@ class Pupil:
         return self.play(self.session(world, instructs=True), seed, habit)
 
     def episodes(self, turns: int) -> list[list[Moment]]:
-        """Episodes, at least so many turns in all, of a student that follows a plan, tries something, or insists."""
+        """Episodes of at least `turns` turns in all; the student follows a plan, repeats itself, or plays at random."""
         session = self.session(self.make_world(), instructs=True)
         world, oracle = session.world, session.teacher.oracle
         rng = np.random.default_rng(0)
@@ -87,7 +87,7 @@ class Pupil:
         return played
 
     def taught(self, personality: str | Personality, turns: int) -> list[list[Taught]]:
-        """What a teacher says in these episodes, turn by turn."""
+        """What a teacher says in `episodes`, turn by turn."""
         world = self.make_world()
         session = self.session(world, self.make_teacher(world, personality))
         heard: list[list[Taught]] = []
@@ -103,14 +103,14 @@ class Pupil:
         return heard
 
     def atoms(self, seed: int = 0, **settings: Any) -> Iterator[tuple[Atom, Moment, World[Any]]]:
-        """All that a teacher says of random play, each atom with the moment that it is about and a lab."""
+        """All that a teacher says about random play: each atom with the moment that it is about, and a lab."""
         for said in self.said(settings, seed=seed):
             yield from said
 
     def said(
         self, *teachers: Mapping[str, Any], seed: int = 0, habit: str = ""
     ) -> Iterator[list[tuple[Atom, Moment, World[Any]]]]:
-        """The same, turn by turn, of teachers with different settings that watch the same play, as in `moments`."""
+        """The same, turn by turn, for teachers with different settings that watch the same play."""
         world = self.make_world()
         lab, seen = world.scratch(), world.scratch()
         watching = [self.session(seen, self.make_teacher(world, **settings)) for settings in teachers]

@@ -1,4 +1,4 @@
-"""What a program can find wrong with English phrases; `check_wording` finds it in those of an oracle."""
+"""Faults of English phrases that a program can find; `check_wording` looks for them in an oracle's phrases."""
 
 import re
 from collections.abc import Iterable, Iterator
@@ -43,7 +43,7 @@ def check_wording(pupil: Pupil) -> None:
 
 
 def _claims(pupil: Pupil) -> Iterator[Claim]:
-    """Claims that occur in play, with their counterparts and those that say less."""
+    """Claims that occur in play, with their counterparts and coarser claims."""
     lab = pupil.make_world().scratch()
     for oracle, moment in pupil.judged():
         claims = oracle.judge(moment) + oracle.clues(moment.after)
@@ -55,11 +55,11 @@ def _claims(pupil: Pupil) -> Iterator[Claim]:
 
 
 def wording_problems(book: Phrasebook, claims: Iterable[Claim] = ()) -> Iterator[str]:
-    """What is wrong with the phrases of a book.
+    """The faults of the phrases of a book.
 
-    Found are a question that does not assert the claim; an opening question that does not speak of the student, or is
-    in another tense than the claims of its kind; phrases of opposite claims that differ in punctuation or the order of
-    words only; and, in the sentences of the given claims, two numbers in a row.
+    A fault is: a question that does not assert the claim; an opening question that does not address the student, or
+    whose tense does not fit the kind; phrases of opposite claims with the same words; and, in the sentences of the
+    given claims, two numbers in a row.
     """
     templates = dict(book.items())
     for cls, each in templates.items():

@@ -9,8 +9,8 @@ import pytest
 from llf_teacher.studies import run
 from llf_teacher.studies.definition.custom_specs import check_portable, parse_teacher, student_spec, teacher_spec
 from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.execution.limits import Limits
-from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.execution.runner import RunOptions
 from teachers.personalities.delayed import Delayed
 from teachers.personality import Personality, Pipeline, Stage, parse_personality

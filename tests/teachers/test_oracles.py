@@ -1,7 +1,9 @@
 """Oracles: values, plans and claims agree with each other and with the world, ties included."""
 
 import sys
+from importlib import import_module
 from itertools import combinations, islice
+from pkgutil import iter_modules
 from types import ModuleType
 
 import numpy as np
@@ -13,7 +15,8 @@ from sampling import fewer
 
 from pz_envs.family import all_families
 from pz_envs.text.actions import parse_action
-from teachers.atoms import FN, FP, HN, HP, KINDS, ActionClaim, Claim, Moment, ParseFailure, PlanClaim, R
+from teachers import common
+from teachers.atoms import FN, FP, HN, HP, KINDS, ActionClaim, Claim, Moment, ParseFailure, PlanClaim, R, is_decorated
 from teachers.common import Syntax
 from teachers.oracle import RefusalError, claims_of
 from teachers.testing import Pupil
@@ -206,6 +209,15 @@ def test_a_package_has_claims_of_its_own_and_of_its_module_of_claims(monkeypatch
     assert claims_of("maze") == (package.Said, inner.Said)
     assert claims_of("maze.claims") == (inner.Said,)
     assert claims_of("maze.checks") == (other.Said,)
+    package.CLAIMS = other.Said, package.Said
+    assert claims_of("maze") == (other.Said, package.Said)
+
+
+def test_the_claims_of_all_families_are_listed_once():
+    modules = (import_module(each.name) for each in iter_modules(common.__path__, f"{common.__name__}."))
+    defined = [cls for module in modules for cls in claims_of(module.__name__) if is_decorated(cls)]
+    assert len(defined) == len(set(defined)) == len(common.CLAIMS)
+    assert set(defined) == set(common.CLAIMS)
 
 
 @on_every_environment

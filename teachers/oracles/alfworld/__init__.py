@@ -1,4 +1,4 @@
-"""ALFWorld's oracle: it judges by shortest plans, found in closed form from the true facts."""
+"""ALFWorld's oracle: it judges by shortest plans, which it computes in closed form from the true facts."""
 
 from collections import Counter
 from collections.abc import Callable, Set
@@ -61,10 +61,10 @@ FORMS = (
 
 
 class AlfworldOracle(Oracle[Truth, Alfworld]):
-    """Uses all facts, also hidden ones. Regret counts commands; it has no plans for a task that cannot be done.
+    """Uses all facts, hidden ones included. Regret counts commands; it has no plans for an impossible task.
 
-    With the world's option `oracle="explorer"` it judges and advises by what the student has seen, leads it to places
-    that it has not seen, and gives basic instructions only; regret counts commands that are no step forward.
+    With the world's option `oracle="explorer"` it judges and advises by what the student has seen, leads the student to
+    places that are new to it, and gives basic instructions only; regret counts commands that are no step forward.
     """
 
     max_importance = 8.0
@@ -92,15 +92,15 @@ class AlfworldOracle(Oracle[Truth, Alfworld]):
         return plan[: max(n, 0)] if plan else ()
 
     def _explored(self, truth: Truth) -> tuple[str, ...] | None:
-        """A shortest plan by the facts that were seen, else the way to new ones; None if all were seen."""
+        """A shortest plan by the facts that were seen, else the way to unseen ones; None if all were seen."""
         planner = self._planner_of(truth)
         plan = planner.plan(visible_part(truth, planner.engine.house).facts)
         return planner.explore(truth) or None if plan is None else plan
 
     def clues(self, truth: Truth) -> tuple[Claim, ...]:
-        """What must be done to the thing; where none lay; whether one lay in something that opens; where one lay.
+        """The treatment of the thing; a place without one; whether one lay in something that opens; a place with one.
 
-        In between, rules of a town.
+        Rules of a town come between these.
         """
         if truth.won:
             return ()
@@ -125,7 +125,7 @@ class AlfworldOracle(Oracle[Truth, Alfworld]):
         )
 
     def _taken(self, game: Game) -> list[str]:
-        """The places from which a shortest plan from the start takes things that the task is about, in order."""
+        """The places where a shortest plan from the start takes the task's things, in order."""
         planner = self._planner if self._planner.game is game else Planner(game)
         house = planner.engine.house
         plan = [command.rpartition(" from ") for command in planner.plan(game.start) or ()]
@@ -150,12 +150,12 @@ class AlfworldOracle(Oracle[Truth, Alfworld]):
         return bool(unseen) and ("atlocation", AGENT, engine.location) not in before.facts
 
     def _gain(self, truth: Truth, command: str) -> int | None:
-        """The number of commands that a command saves; None if there is no plan."""
+        """By how many commands a command shortens the plan; None if there is no plan."""
         planner = self._planner_of(truth)
         return _less(planner.left(truth.facts), planner.left_after(truth.facts, command))
 
     def _commands(self, truth: Truth) -> list[str]:
-        """The commands that can be carried out, sorted."""
+        """The admissible commands, sorted."""
         engine = self._planner_of(truth).engine
         engine.load(truth.facts)
         return engine.commands()
@@ -211,7 +211,7 @@ class AlfworldOracle(Oracle[Truth, Alfworld]):
                 claims.append(warning)
 
     def _warning(self, truth: Truth, turn: int) -> Avoid | Needless | None:
-        """A command to avoid, of those that can be carried out: another one each turn."""
+        """An admissible command to avoid, another one each turn."""
         commands = self._commands(truth)
         for i in range(len(commands)):
             command = commands[(turn * _STRIDE + i) % len(commands)]
@@ -225,7 +225,7 @@ class AlfworldOracle(Oracle[Truth, Alfworld]):
         return None
 
     def _rules(self, truth: Truth) -> tuple[Claim, ...]:
-        """In a town, a type of receptacle in which the object of the task is not kept, and that in which it is."""
+        """In a town, a type of receptacle that never holds the task's object, and the type that always does."""
         thing, law = truth.game.target, dict(truth.game.law)
         if not law:
             return ()
@@ -234,7 +234,7 @@ class AlfworldOracle(Oracle[Truth, Alfworld]):
         return *wrong[:1], *(each for each in rules if each.place == law[thing] and each.fits(truth))
 
     def importance(self, truth: Truth) -> float:
-        """Commands that the worst next command costs more than the best one."""
+        """The worst next command's extra cost over the best one, in commands."""
         if truth.won:
             return 0.0
         if self._explores:
@@ -250,7 +250,7 @@ class AlfworldOracle(Oracle[Truth, Alfworld]):
         return 1.0
 
     def regret(self, moment: Moment[Truth]) -> float:
-        """Commands wasted by the last one: none if it began a shortest plan."""
+        """Commands wasted by the last one: 0 if it began a shortest plan."""
         if moment.before is None:
             return self.idle(moment.after)
         if moment.before.won:
@@ -263,7 +263,7 @@ class AlfworldOracle(Oracle[Truth, Alfworld]):
 
 
 def _less(before: int | None, after: int | None) -> int | None:
-    """The difference of two numbers; None if one is not known."""
+    """The difference of two numbers; None if either is None."""
     return None if before is None or after is None else before - after
 
 

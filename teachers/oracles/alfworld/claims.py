@@ -23,7 +23,7 @@ class Task(Claim[Truth, Alfworld]):
     goal: str
 
     def holds(self, moment: Moment[Truth], lab: Alfworld) -> bool:
-        """Read what the house itself says at the start, and win by dealing with what is named."""
+        """Read the house's own words at the start, and win by treating the named things."""
         game = moment.after.game
         if not ExactEngine(game).intro().endswith(f"Your task is to: {self.goal}."):
             return False
@@ -289,7 +289,7 @@ class Needless(_Command):
 @claim
 class _Sighted(Verdict[Truth, Alfworld], _Command):
     def applies(self, moment: Moment[Truth], lab: Alfworld) -> bool:
-        """The command was given, for a task not yet done."""
+        """The student gave the command, and the task was not yet done."""
         return _made(self.action, moment)
 
     def good(self, moment: Moment[Truth], lab: Alfworld) -> bool:
@@ -358,7 +358,7 @@ class _Kept(Claim[Truth, Alfworld]):
     )
 
     def _found(self, moment: Moment[Truth]) -> list[bool]:
-        """Whether a `thing` lay there, for each such place."""
+        """Whether a `thing` lay there, for each `place` of the house."""
         places = _contents(moment.after).items()
         return [self.thing in things for name, things in places if name.rpartition(" ")[0] == self.place]
 
@@ -410,7 +410,7 @@ class _Shut(Claim[Truth, Alfworld]):
         )
 
     def counterparts(self, moment: Moment[Truth], lab: Alfworld) -> Sequence[Claim]:
-        """The other."""
+        """The opposite claim."""
         return ((InTheOpen if self.opens else ShutIn)(thing=self.thing),)
 
 
@@ -458,7 +458,7 @@ def _answer(lab: Alfworld, truth: Truth, command: str) -> str:
 
 
 def _gain(lab: Alfworld, truth: Truth, command: str) -> int:
-    """By how many commands a command shortens what is left, found by search."""
+    """By how many commands a command shortens a shortest plan, found by search."""
     lab.restore(truth)
     lab.advance(command)
     after = lab.truth
@@ -466,9 +466,9 @@ def _gain(lab: Alfworld, truth: Truth, command: str) -> int:
 
 
 def seen(truth: Truth, house: House) -> frozenset[str]:
-    """The receptacles whose contents the student must have seen, to judge by the facts.
+    """The receptacles whose contents the student must have seen, by the facts.
 
-    Of several receptacles at one location, of which an arrival shows but one, those that were opened or examined.
+    At a location with several receptacles an arrival shows only one of them; there, the opened or examined ones count.
     """
     facts = truth.facts
     visited = {fact[2] for fact in facts if fact[0] in ("atlocation", "not_atlocation")}
@@ -485,17 +485,16 @@ def seen(truth: Truth, house: House) -> frozenset[str]:
 
 
 def visible_part(truth: Truth, house: House) -> Truth:
-    """The truth without what lies in receptacles that have not been looked into."""
+    """The truth without the contents of receptacles that the student has not looked into."""
     known = seen(truth, house)
     facts = (fact for fact in truth.facts if fact[0] != "inreceptacle" or fact[2] in known)
     return truth._replace(facts=frozenset(facts))
 
 
 def _forward(lab: Alfworld, truth: Truth, command: str) -> bool:
-    """Whether a command begins a shortest plan for the part of the house that has been seen.
+    """Whether a command begins a shortest plan in the part of the house that the student has seen.
 
-    If the task cannot be done with that: whether it shows what lies in a receptacle that had not been looked into, or
-    leads to one.
+    If that part is not enough for the task: whether the command shows the content of a new receptacle, or leads to one.
     """
     house = house_of(truth.game)
     visible = visible_part(truth, house)
@@ -583,13 +582,13 @@ class NotAlwaysKept(_Keeping):
 
 
 def _barred(game: Game) -> tuple[str, str]:
-    """The types of receptacles to which the task takes its objects, which are elsewhere at the start."""
+    """The types of receptacles where the task puts its objects; at the start the objects are elsewhere."""
     return game.destination, APPLIANCES.get(game.task, ("",))[0].lower()
 
 
 @lru_cache(maxsize=2048)
 def _strewn(game: Game) -> tuple[Set[str], dict[str, set[str]]]:
-    """The types of receptacles of a house, and for each type of object those in which such objects are at the start."""
+    """A house's types of receptacles, and for each type of object the types that hold one at the start."""
     types = {fact[1]: fact[2].removesuffix("type") for fact in game.static if fact[0] in _TYPED}
     lying: dict[str, set[str]] = {}
     for fact in game.start:

@@ -1,9 +1,9 @@
 """Shortest plans in closed form.
 
-A task is a few acts in a fixed order (empty the hand, take, treat, put), each at some receptacle. Every way from one
-location to another is one command, so a shortest plan is found by trying all choices of objects and receptacles. The
-starting location makes a difference of one command at most: a `PlanTable` has the plans from all locations of a house,
-and stays valid until the student does something that matters to the task, other than moving.
+A task is a few acts in a fixed order (empty the hand, take, treat, put), each at some receptacle. One command leads
+from any location to any other, so trying all choices of objects and receptacles finds a shortest plan. The starting
+location changes the length by one command at most: a `PlanTable` has the plans from all locations of a house, and
+stays valid until the student does something other than moving that matters to the task.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -27,7 +27,7 @@ class _Stop(NamedTuple):
     opens: bool
     """Whether the receptacle must be open, and is closed now."""
     command: str
-    """What to do there; empty where being there is enough."""
+    """What to do there; empty if arriving is enough."""
 
 
 _Stops = tuple[_Stop, ...]
@@ -37,21 +37,21 @@ class _Choice(NamedTuple):
     """One sequence of stops that does the task."""
 
     left: int
-    """Commands that it takes, but for the one that leads to its first stop."""
+    """Its number of commands, without the one that leads to its first stop."""
     order: int
-    """Of equally short ones that of the least order is taken."""
+    """Its rank among equally short choices; the least wins."""
     stops: _Stops
     lays: bool
-    """Whether it begins with laying down an object that the hand holds."""
+    """Whether it begins with putting down the object in the hand."""
 
 
 class PlanTable:
     """How many commands a task takes from each location, and which.
 
     Args:
-        choices: the ways to do it, in order: commands but for the one that leads to the first stop, the stops, and
-            whether it begins with laying something down.
-        done: the locations where nothing is left to do; "" for those where there is no receptacle.
+        choices: the ways to do the task, in order: number of commands without the one that leads to the first stop, the
+            stops, and whether it begins with putting something down.
+        done: the locations where nothing is left to do; "" stands for those without a receptacle.
     """
 
     def __init__(self, choices: Iterable[tuple[int, _Stops, bool]], done: frozenset[str] = frozenset()) -> None:
@@ -66,14 +66,14 @@ class PlanTable:
         self._done = done
 
     def left(self, location: str) -> int | None:
-        """Commands that are needed from a location; None if the task cannot be done."""
+        """Number of commands left from a location; None if the task is impossible."""
         if location in self._done:
             return 0
         found = self._choose(location)
         return None if found is None else found.left + (found.stops[0].location != location)
 
     def stops(self, location: str) -> _Stops | None:
-        """The stops of a shortest plan from a location; None if the task cannot be done."""
+        """The stops of a shortest plan from a location; None if the task is impossible."""
         if location in self._done:
             return ()
         found = self._choose(location)
@@ -134,7 +134,7 @@ class Planner:
         return tuple(each for each in ids if house.type.get(each) == f"{kind}type")
 
     def plan(self, facts: frozenset[Fact]) -> tuple[str, ...] | None:
-        """A shortest sequence of commands that does the task; None if there is none."""
+        """A shortest plan for the task; None if there is none."""
         location = self._location(facts)
         stops = self._table(facts).stops(location)
         return None if stops is None else self._commands(location, stops)
@@ -153,7 +153,7 @@ class Planner:
         return self.left(self.engine.facts)
 
     def explore(self, truth: Truth) -> tuple[str, ...]:
-        """Commands that show what lies in a receptacle not looked into yet, likely ones and near ones first."""
+        """Commands that show the content of a new receptacle, the likely and near ones first."""
         engine = self.engine
         house, name = engine.house, engine.house.name
         engine.load(truth.facts)
@@ -171,7 +171,7 @@ class Planner:
         return self._commands(engine.location, [_Stop(goal, there, not engine.open(goal), look)])
 
     def _commands(self, location: str, stops: Iterable[_Stop]) -> tuple[str, ...]:
-        """The commands that make some stops, from a location."""
+        """The commands for some stops, from a location."""
         name = self.engine.house.name
         commands: list[str] = []
         opened: list[str] = []
@@ -187,7 +187,7 @@ class Planner:
         return tuple(commands)
 
     def _location(self, facts: frozenset[Fact]) -> str:
-        """Where the agent is; empty where there is no receptacle."""
+        """The agent's location; empty at a place without a receptacle."""
         for fact in facts & self._locations:
             return fact[2]
         return ""
@@ -227,7 +227,7 @@ class Planner:
         return self._may_hold[each]
 
     def _lit(self) -> frozenset[str]:
-        """The locations of lamps that are on, if there is something in the hand to look at under them."""
+        """The locations of lamps that are on, if the hand holds something to look at under them."""
         house = self.engine.house
         lit = self._ready.intersection(self._lamps, self._stored, house.able_to("toggleable"))
         return frozenset(house.place[self._stored[each]] for each in lit if self._hand in self._targets)
@@ -249,7 +249,7 @@ class Planner:
             yield from self._freed(target, [(*taken, *end) for end in ends])
 
     def _pairs(self) -> Iterator[tuple[int, _Stops, bool]]:
-        """Plans for two objects: put as many as are missing into the same receptacle."""
+        """Plans for two objects: put the missing ones into the same receptacle."""
         for receptacle in self._destinations:
             rest = [each for each in self._targets if self._stored.get(each) != receptacle]
             rest = [each for each in rest if each in self._stored or each == self._hand]
@@ -261,7 +261,7 @@ class Planner:
                     yield from self._freed(order[0], [tuple(stop for each in order for stop in stops[each])])
 
     def _freed(self, target: str, plans: Sequence[_Stops]) -> Iterator[tuple[int, _Stops, bool]]:
-        """The plans, each after laying down what is held if that is not the target."""
+        """The plans; each first puts down the held object if that is not the target."""
         if self._hand in ("", target):
             for stops in plans:
                 yield _length(stops), stops, False
@@ -302,7 +302,7 @@ class Planner:
 
 
 def _length(stops: _Stops) -> int:
-    """Commands that some stops take, but for the one that leads to the first."""
+    """Number of commands of some stops, without the one that leads to the first."""
     left, location = 0, stops[0].location
     opened: list[str] = []
     for receptacle, there, opens, command in stops:

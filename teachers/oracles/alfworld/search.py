@@ -1,4 +1,4 @@
-"""The check of claims about commands: a search for how many a task needs, independent of the planner."""
+"""The check of claims about commands: a search for the fewest commands of a task, independent of the planner."""
 
 import heapq
 from collections.abc import Iterator, Mapping, Sequence
@@ -28,14 +28,14 @@ def verb_of(command: str) -> str:
 
 
 def thing_of(command: str) -> str:
-    """What a command is about: the two words of the first thing that it names."""
+    """The first thing that a command names, such as `mug 1`."""
     words = command.removeprefix("go to ").split()
     words = words if command.startswith("go to ") else words[1:]
     return " ".join(words[:2])
 
 
 class _Search:
-    """How many commands a task needs at least, by A* in the exact engine; independent of the planner's choices."""
+    """The fewest commands of a task, by A* in the exact engine; independent of the planner's choices."""
 
     def __init__(self, game: Game) -> None:
         self.game = game
@@ -44,10 +44,10 @@ class _Search:
         self._lock = Lock()
 
     def distance(self, facts: frozenset[Fact]) -> int:
-        """The length of a shortest sequence of commands that does the task.
+        """The length of a shortest plan for the task.
 
         Raises:
-            ValueError: there is none.
+            ValueError: there is no plan.
         """
         key = _essence(facts)
         with self._lock:
@@ -105,7 +105,7 @@ class _Search:
             yield command
 
     def _least(self) -> int:
-        """A number of commands that are needed in any case, for the state that the engine is in."""
+        """A lower bound of the commands that the engine's state still needs."""
         engine, game = self._engine, self.game
         if engine.won():
             return 0
@@ -125,7 +125,7 @@ class _Search:
         return min(map(self._tour, tours), default=FAR)
 
     def _stages(self, order: Sequence[str], stored: Mapping[str, str], goals: list[str]) -> "list[_Stage]":
-        """What must be done in any case to deal with these objects, one after the other."""
+        """The stages that every plan for these objects has, one after the other."""
         engine, game = self._engine, self.game
         house, verb = engine.house, TREATMENTS.get(game.task, "")
         stages = [_Stage(self._takers(other)) for other in engine.held if other != order[0]]
@@ -147,7 +147,7 @@ class _Search:
         return [other for other in house.receptacles if (house.type[other], house.type[each]) in house.holds]
 
     def _tour(self, stages: "list[_Stage]") -> int:
-        """The acts, and the moves and openings that visiting one receptacle of each stage takes at least."""
+        """A lower bound of acts, moves and openings for visiting one receptacle of each stage."""
         engine = self._engine
         places = [{engine.location}]
         spent, opened = 0, set[str]()
@@ -167,9 +167,9 @@ class _Stage(NamedTuple):
     """One thing to do on the way, for `_Search`."""
 
     receptacles: list[str]
-    """Where it can be done."""
+    """The receptacles where it can be done."""
     acts: int = 1
-    """Commands that it takes there."""
+    """Its number of commands there."""
     reaching: bool = True
     """Whether the receptacle must be open."""
 
@@ -187,7 +187,7 @@ def _essence(facts: frozenset[Fact]) -> frozenset[Fact]:
 
 
 def distance(truth: Truth) -> int:
-    """Commands that are needed at least, found by search."""
+    """The fewest commands that the task needs, found by search."""
     key = truth.game.task, truth.game.problem
     search = _SEARCHES.get(key)
     if search is None:

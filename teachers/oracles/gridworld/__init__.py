@@ -1,4 +1,4 @@
-"""The gridworld's oracle: shortest paths to the treasure from everywhere, every tie known."""
+"""The gridworld's oracle: it knows all shortest paths to the treasure, ties included."""
 
 from collections import Counter
 from collections.abc import Sequence, Set
@@ -50,29 +50,29 @@ _AVOID = tuple(Avoid(action=direction) for direction in DIRECTIONS)
 _BASICS = (Goal(), Moves(), Answer(names=tuple(map(str, DIRECTIONS))))
 _TRIES = 3
 _NEAR = 3
-"""What is said of the moves to the treasure is a multiple of this."""
+"""Clues about the distance to the treasure state multiples of this."""
 _SOME = 3
 """Number of types of rooms, among which is the one of a town's treasures, that a vague rule names."""
 _nearer, _no_nearer = fast_constructor(Nearer), fast_constructor(NoNearer)
 
 
 class _Room(NamedTuple):
-    """What can be said of a room."""
+    """The claims about a room."""
 
     steps: list[int]
-    """Per direction the moves to the treasure that are left after that move."""
+    """Per direction, the moves to the treasure left after it."""
     importance: float
     good: tuple[Direction, ...]
     warnings: tuple[Avoid, ...]
 
 
 WARNED = tuple(sides.astray or sides.walls for sides in SIDES)
-"""Per compass of a room the directions to warn of, in order: doors that lead astray, or walls where there are none."""
+"""Per compass of a room, the directions to warn of, in order: doors that lead astray, or else walls."""
 _WARNINGS = tuple(tuple(_AVOID[direction] for direction in warned) for warned in WARNED)
 
 
 class _Rooms(dict[int, _Room]):
-    """What can be said of each room, computed at its first use."""
+    """The claims about each room, computed at their first use."""
 
     def __init__(self, doors: Sequence[Sequence[int]], distance: Sequence[int]) -> None:
         self._doors, self._distance = doors, distance
@@ -147,9 +147,9 @@ class GridworldOracle(Oracle[Truth, Gridworld]):
             claims.append(warnings[moment.turn % len(warnings)])
 
     def clues(self, truth: Truth) -> tuple[Claim, ...]:
-        """How near it is; a kind of room and a side where it is not; its kind of room; a room next to it.
+        """Its distance; a kind of room and a side without it; its kind of room; a room next to it.
 
-        In between, rules of a town.
+        Rules of a town come between these.
         """
         room, found, layout = truth
         if found:
@@ -174,7 +174,7 @@ class GridworldOracle(Oracle[Truth, Gridworld]):
         )
 
     def _rules(self, law: str) -> tuple[Claim, ...]:
-        """A type of room in which no treasures of a town lie, some in which they do, and the one."""
+        """Rules of a town: a type of room without treasures, several types that may have them, and the one that has."""
         types = self.lab.options["room_types"]
         if not law or len(types) == 1:
             return ()
@@ -184,7 +184,7 @@ class GridworldOracle(Oracle[Truth, Gridworld]):
         return NoTreasuresIn(rooms=following[-1:]), *(TreasuresIn(rooms=each) for each in (some, (law,)) if each)
 
     def values(self, truth: Truth) -> tuple[float, ...]:
-        """Per direction the negated number of moves that are needed afterwards; all 0 once the treasure is found."""
+        """Per direction, the negated number of moves left after it; all 0 once the treasure is found."""
         return (0.0, 0.0, 0.0, 0.0) if truth.found else tuple([-float(each) for each in self._rooms[truth.room].steps])
 
     def idle(self, truth: Truth) -> float:
@@ -192,7 +192,7 @@ class GridworldOracle(Oracle[Truth, Gridworld]):
         return float(not truth.found)
 
     def importance(self, truth: Truth) -> float:
-        """Moves between the best and the worst direction, 0 to 2."""
+        """Difference in moves between the best and the worst direction, 0 to 2."""
         return 0.0 if truth.found else self._rooms[truth.room].importance
 
     def plan(self, truth: Truth, n: int) -> tuple[Direction, ...]:

@@ -253,7 +253,7 @@ class Go(ActionClaim[Truth, Gridworld]):
         return not moment.after.found and _gain(lab, moment.after, self.action) > 0
 
     def coarser(self, moment: Moment[Truth], lab: Gridworld) -> Sequence[Claim]:
-        """Three directions, then two; where there are other doors, these lead through them."""
+        """Three directions, then two; through other doors if there are any."""
         doors = moment.after.layout.doors[moment.after.room]
         others = sorted((d for d in DIRECTIONS if d != self.action), key=lambda d: doors[d] == NO_DOOR)
         return tuple(Either(ways=tuple(sorted((self.action, *others[:n])))) for n in (2, 1))
@@ -324,7 +324,7 @@ class Within(Claim[Truth, Gridworld]):
 
 @claim
 class _Kept(Claim[Truth, Gridworld]):
-    """Base of claims about the kind of room in which the treasure lies."""
+    """Base of claims about the kind of the treasure's room."""
 
     scope = Scope.WORLD
     room: str
@@ -344,7 +344,7 @@ class InRoom(_Kept):
         return _where(moment.after, lab) == self.room
 
     def excludes(self, other: Claim) -> bool:
-        """Another kind of room, or that it is not in one of this kind."""
+        """Another kind of room, or the denial of this one."""
         return isinstance(other, _Kept) and (type(other) is InRoom) == (other.room != self.room)
 
 
@@ -380,7 +380,7 @@ class NextTo(Claim[Truth, Gridworld]):
 
 @claim
 class _Treasures(TownRule[Truth, Gridworld]):
-    """Base of rules about the types of rooms in which treasures lie."""
+    """Base of rules about the types of the treasures' rooms."""
 
     rooms: tuple[str, ...]
     """Types of rooms, such as `kitchen`."""
@@ -391,7 +391,7 @@ class _Treasures(TownRule[Truth, Gridworld]):
         return self._allows(kind_of(truth.layout.names[truth.layout.treasure]))
 
     def means(self, moment: Moment[Truth], oracle: Any) -> bool:
-        """Look up the type of room of the law."""
+        """Compare with the type of room in the law."""
         law = moment.after.layout.law
         return law != "" and self._allows(law)
 
@@ -413,7 +413,7 @@ class TreasuresIn(_Treasures):
     kind = FP
 
     def excludes(self, other: Claim) -> bool:
-        """Only other types, or that it is in none of these."""
+        """A claim of only other types, or that it is in none of these."""
         if not isinstance(other, _Treasures):
             return False
         both = set(self.rooms) & set(other.rooms)
@@ -428,7 +428,7 @@ class NoTreasuresIn(_Treasures):
 
 
 def _where(truth: Truth, lab: Gridworld) -> str:
-    """The kind of room in which the treasure is seen."""
+    """The kind of room where the treasure is."""
     for room, name in enumerate(truth.layout.names):
         lab.restore(Truth(room, False, truth.layout))
         if lab.observe()["objects"][-1]:

@@ -49,7 +49,7 @@ _ASIDE = 0.15  # metres by which warnings lead away
 
 
 class MetaWorldOracle(Oracle[Truth, MetaWorld]):
-    """Advises what metaworld's scripted policy, corrected for turns, aims at now; judges by what it aimed at before."""
+    """Advises the aim of metaworld's scripted policy, corrected for turns; judges actions by the aim before them."""
 
     max_importance = 4.0
 
@@ -59,7 +59,7 @@ class MetaWorldOracle(Oracle[Truth, MetaWorld]):
         self._warned: tuple[Truth | None, tuple[Avoid, ...]] = (None, ())
 
     def _aim(self, truth: Truth) -> Aim:
-        """The aim of the policy; two are cached, since a turn's advice is the measure of the next turn."""
+        """The aim of the policy; the last two are cached, since the next turn is judged by this turn's advice."""
         for known, aim in self._aims:
             if known is truth:
                 return aim
@@ -89,14 +89,14 @@ class MetaWorldOracle(Oracle[Truth, MetaWorld]):
         return tuple(claims)
 
     def _solution(self, truth: Truth) -> tuple[Claim, ...]:
-        """A whole roll-out of the advice; nothing where that does not solve the task."""
+        """A whole roll-out of the advice; empty if that does not solve the task."""
         actions, solved = self._followed(truth, _TURNS)
         if not solved:
             return ()
         return (Solution(actions=actions),)
 
     def _trial(self, truth: Truth, action: Pose) -> tuple[float, float, bool]:
-        """How far the hand is from where it is wanted, before and after an action; whether that solves the task."""
+        """The hand's distance from the aim before and after an action, and whether the action solves the task."""
         place = self._aim(truth).target
         hand, solved = self.lab.foresee(truth, action)
         return apart(hand_of(truth), place), apart(hand, place), solved
@@ -160,7 +160,7 @@ class MetaWorldOracle(Oracle[Truth, MetaWorld]):
         return ()
 
     def clues(self, truth: Truth) -> tuple[Claim, ...]:
-        """What the gripper is for; a side on which the hand is wanted; how far away."""
+        """The use of the gripper; a side towards the aim; the distance of the aim."""
         if truth.solved:
             return ()
         task, hand, place = self.lab.task, hand_of(truth), self._aim(truth).target
@@ -174,20 +174,20 @@ class MetaWorldOracle(Oracle[Truth, MetaWorld]):
         return (*clues, Distance(centimetres=round(100 * math.dist(hand, place))))
 
     def importance(self, truth: Truth) -> float:
-        """What is lost by sending the hand to the other side of where it is, the gripper wrong; 0 once it is solved."""
+        """The regret of the mirrored aim with the wrong grip; 0 once the task is solved."""
         if truth.solved:
             return 0.0
         place = self.lab.target(truth, action_for(self._aim(truth), truth, self.lab))
         return min(2 * math.dist(hand_of(truth), place) + 0.2, self.max_importance)
 
     def plan(self, truth: Truth, n: int) -> tuple[Pose, ...]:
-        """The advice of the next turns, if each is followed, until the task is solved."""
+        """The advice of the next turns, until the task is solved, if the student follows it."""
         if n == 1 and not truth.solved:
             return (action_for(self._aim(truth), truth, self.lab),)
         return self._followed(truth, n)[0]
 
     def _followed(self, truth: Truth, n: int) -> tuple[tuple[Pose, ...], bool]:
-        """At most `n` pieces of advice, each followed in a copy of the simulator; whether the last solves the task."""
+        """At most `n` pieces of advice, each followed in the lab, and whether the last solves the task."""
         lab = self.lab
         actions: list[Pose] = []
         lab.restore(truth)
@@ -198,14 +198,14 @@ class MetaWorldOracle(Oracle[Truth, MetaWorld]):
         return tuple(actions), truth.solved
 
     def idle(self, truth: Truth) -> float:
-        """How far the advised target is from the hand, which stays, and a tenth of how much a grip of 0 is off."""
+        """Distance of the advised target from the resting hand, in metres, plus a tenth of the error of a grip of 0."""
         if truth.solved:
             return 0.0
         advised = action_for(self._aim(truth), truth, self.lab)
         return math.dist(hand_of(truth), self.lab.target(truth, advised)) + float(abs(advised[3])) / 10
 
     def regret(self, moment: Moment[Truth]) -> float:
-        """How far the target was from the advised one, in metres, and a tenth of how much the grip was off."""
+        """Distance of the target from the advised one, in metres, plus a tenth of the error of the grip."""
         truth = moment.before
         if truth is None:
             return self.idle(moment.after)

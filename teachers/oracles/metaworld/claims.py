@@ -1,73 +1,73 @@
 """The claims about driving the hand, each checked in a copy of the simulator or by the policy's command.
 
-The script is metaworld's scripted policy, corrected; what it wants is what it aims at. Whether another target does as
-well is not known, so that verdicts on a target say only whether it agrees with the script.
+The script is metaworld's scripted policy, corrected; it wants the hand at its aim. Nobody knows whether another target
+is as good, so verdicts on a target only say whether it agrees with the script.
 """
 
 import math
 from collections.abc import Sequence
 from typing import Annotated, ClassVar
 
-from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Scope, Verdict, claim, opposed, slot
-from teachers.common import TryAgain
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Scope, claim, opposed, slot
+from teachers.common import ChangeVerdict, TryAgain
 from teachers.oracles.metaworld.corrections import aim_of, correction_for
 from teachers.oracles.metaworld.purposes import PURPOSES, USES
 from worlds.metaworld import REACH, Aim, MetaWorld, Pose, Truth
 
 Place = tuple[float, float, float]
 Errors = tuple[int, int, int]
-"""How far off a place is along x, y and z, in whole centimetres; 0 where it is right enough."""
+"""Errors of a place along x, y and z, in whole centimetres; 0 within the tolerance."""
 AXES = ("x", "y", "z")
 SIGNED = ("+x", "-x", "+y", "-y", "+z", "-z")
-"""The directions along them."""
+"""The signed axes."""
 NOTABLE = 1.0
-"""The least change of distance that is judged, in centimetres."""
+"""The smallest change of distance that verdicts judge, in centimetres."""
 CLOSE = 1e-5
-"""The tolerance for equal numbers, in metres or as grips: metaworld's commands are float32."""
+"""Tolerance for equal numbers, in metres or units of grip: metaworld's commands are float32."""
 _PLACE, _GRIP = 0.03, 0.3  # how far from what is wanted is right enough
 
 
 def hand_of(truth: Truth) -> Place:
-    """Where the hand is."""
+    """The position of the hand."""
     x, y, z = truth.observation[:3]
     return x, y, z
 
 
 def origin_of(world: MetaWorld) -> str:
-    """From where x, y and z count, in words."""
+    """The origin of x, y and z, in words."""
     return "from where the hand is" if world.relative else "from a fixed point of the table"
 
 
 def reach_of(truth: Truth, world: MetaWorld) -> tuple[Place, Place]:
-    """The smallest and the largest place that an action can name."""
+    """The lowest and the highest corner of the places that an action can name."""
     low, high = (world.target(truth, (bound, bound, bound, 0.0)) for bound in (-REACH, REACH))
     return low, high
 
 
 def rounded(pose: Sequence[float]) -> Pose:
-    """To two decimals, within the action space."""
+    """Round a pose to two decimals, within the action space."""
     x, y, z, grip = (round(number, 2) + 0.0 for number in pose)
     x, y, z = (min(max(number, -REACH), REACH) for number in (x, y, z))
     return x, y, z, min(max(grip, -1.0), 1.0)
 
 
 def format_number(number: float) -> str:
-    """A coordinate, to a millimetre, or a grip; advice has no more than two decimals."""
+    """A coordinate, to a millimetre, or a grip as text; advice has at most two decimals."""
     return f"{round(number, 3) + 0.0:g}"
 
 
 def format_numbers(pose: Sequence[float]) -> str:
-    """Coordinates, and the grip if there is one."""
+    """Coordinates, and the grip if there is one, as text."""
     return f"[{', '.join(map(format_number, pose))}]"
 
 
 def format_compactly(pose: Pose) -> str:
-    """As `format_numbers`, without spaces."""
+    """`format_numbers` without spaces."""
     return format_numbers(pose).replace(" ", "")
 
 
 def action_for(aim: Aim, truth: Truth, world: MetaWorld) -> Pose:
-    """The action that aims as the policy does."""
+    """The action with this aim."""
     place = aim.target
     if world.relative:
         x, y, z = hand_of(truth)
@@ -76,7 +76,7 @@ def action_for(aim: Aim, truth: Truth, world: MetaWorld) -> Pose:
 
 
 def commanded(truth: Truth, lab: MetaWorld) -> tuple[Place, float]:
-    """What is wanted, from the command that the policy itself would send: the hand, and the command over the gain."""
+    """The aim by the policy's own command: the hand's position plus the command over the gain."""
     correction = correction_for(lab)
     seen, hand = correction.seen(truth), hand_of(truth)
     x, y, z, grip = lab.script.command(seen).tolist()
@@ -87,7 +87,7 @@ def commanded(truth: Truth, lab: MetaWorld) -> tuple[Place, float]:
 
 
 def off_by(place: Place, wanted: Place) -> Errors:
-    """Per axis by how much a place is too large, or, below 0, too small."""
+    """The signed error of a place along each axis."""
     x, y, z = (round(100 * (a - w)) if abs(a - w) > _PLACE else 0 for a, w in zip(place, wanted, strict=True))
     return x, y, z
 
@@ -103,7 +103,7 @@ def format_errors(errors: Errors) -> str:
 
 
 def directions(hand: Place, place: Place, slack: float = 0.0) -> tuple[str, ...]:
-    """The axes along which there are more than 2 cm, each with its sign."""
+    """The axes with a distance of more than 2 cm, each with its sign."""
     return tuple(
         f"{'+' if b > a else '-'}{axis}"
         for axis, a, b in zip(AXES, hand, place, strict=True)
@@ -112,12 +112,12 @@ def directions(hand: Place, place: Place, slack: float = 0.0) -> tuple[str, ...]
 
 
 def slip_of(excess: float) -> int:
-    """-1 if a grip is too small, 1 if it is too large, 0 if it is right enough."""
+    """-1 if a grip is too small, 1 if it is too large, 0 within the tolerance."""
     return (excess > _GRIP) - (excess < -_GRIP)
 
 
 def apart(hand: Place, place: Place) -> float:
-    """Centimetres, to a millimetre."""
+    """Distance in centimetres, to a millimetre."""
     return round(100 * math.dist(hand, place), 1)
 
 
@@ -128,9 +128,9 @@ def succeeds(lab: MetaWorld, truth: Truth, action: Pose) -> bool:
 
 
 def goes(lab: MetaWorld, truth: Truth, action: Pose, before: float, after: float) -> bool:
-    """Whether an action takes the hand from `before` to `after` centimetres from where it is wanted, notably so.
+    """Whether an action changes the hand's distance from the aim from `before` to `after` cm, by at least `NOTABLE`.
 
-    The rounding of a command may have changed the last digit.
+    The rounding of a command may change the last digit.
     """
     if abs(after - before) < NOTABLE:
         return False
@@ -142,7 +142,7 @@ def goes(lab: MetaWorld, truth: Truth, action: Pose, before: float, after: float
 
 
 def misplaced(lab: MetaWorld, moment: Moment[Truth], errors: Errors) -> bool:
-    """Whether the place of the moment's action was off by so much, and no axis else by what matters."""
+    """Whether the errors of the place of the moment's action are `errors`, and within the tolerance elsewhere."""
     place, wanted = lab.target(moment.past, moment.action), commanded(moment.past, lab)[0]
     return all(
         abs(a - w) > _PLACE - CLOSE and abs(a - w - error / 100) <= 0.005 + CLOSE
@@ -153,7 +153,7 @@ def misplaced(lab: MetaWorld, moment: Moment[Truth], errors: Errors) -> bool:
 
 
 def slipped(lab: MetaWorld, moment: Moment[Truth], side: int) -> bool:
-    """Whether the grip of the moment's action was right enough, if `side` is 0; else too far to this side."""
+    """Whether the grip of the moment's action was within the tolerance (`side` 0), or wrong to this side."""
     excess: float = moment.action[3] - commanded(moment.past, lab)[1]
     return side * excess > _GRIP - CLOSE if side else abs(excess) <= _GRIP + CLOSE
 
@@ -177,7 +177,7 @@ class Driving(Claim[Truth, MetaWorld]):
     """  # noqa: D205
 
     origin: str
-    """From where x, y and z count."""
+    """The origin of x, y and z, in words."""
     most: int
 
     def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
@@ -205,8 +205,8 @@ class _Posed(ActionClaim[Truth, MetaWorld]):
 
 
 @claim
-class _Moved(Verdict[Truth, MetaWorld]):
-    """What the action did to the hand: how far it was and is from where it was wanted."""
+class _Moved(ChangeVerdict[Truth, MetaWorld]):
+    """Base of verdicts on the hand's distance from where the script wants it."""
 
     before: float
     """Centimetres."""
@@ -215,14 +215,6 @@ class _Moved(Verdict[Truth, MetaWorld]):
     def applies(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
         """Take the action again and measure."""
         return _open(moment) and goes(lab, moment.past, moment.action, self.before, self.after)
-
-    def good(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
-        """Compare the distances."""
-        return self.after < self.before
-
-    def counterparts(self, moment: Moment[Truth], lab: MetaWorld) -> Sequence[Claim]:
-        """The opposite verdict, with the distances exchanged."""
-        return (self.opposing(before=self.after, after=self.before),)
 
 
 @claim
@@ -275,7 +267,7 @@ class Solution(PlanClaim[Truth, MetaWorld]):
 
 @claim
 class _Judged(_Posed):
-    """Base of verdicts on a target. Phrases round it to a millimetre, so that it is not always the exact action."""
+    """Base of verdicts on a target. Phrases round it to a millimetre, so they may not state the exact action."""
 
     action_slot = ""
     action: Pose
@@ -432,7 +424,7 @@ class Aiming(_Posed):
     action: Pose
 
     def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
-        """Compute the pose from the policy's command and gain; a target that is out of reach is brought into it."""
+        """Compute the pose from the policy's command and gain, clipped to the reach."""
         truth = moment.after
         place, grip = commanded(truth, lab)
         wanted = [min(max(w, a), b) for w, a, b in zip(place, *reach_of(truth, lab), strict=True)]
@@ -448,7 +440,7 @@ class Aiming(_Posed):
         return tuple(Aiming(action=action) for action in (mirrored, elsewhere))
 
     def coarser(self, moment: Moment[Truth], lab: MetaWorld) -> Sequence[Claim]:
-        """How far it is, and then in which direction."""
+        """The distance, then the direction."""
         hand, at = hand_of(moment.after), lab.target(moment.after, self.action)
         far = Distance(centimetres=round(100 * math.dist(hand, at)))
         axes = directions(hand, at)
@@ -508,7 +500,7 @@ class Avoid(_Posed):
         return farther and goes(lab, moment.after, self.action, self.before, self.after)
 
     def counterparts(self, moment: Moment[Truth], lab: MetaWorld) -> Sequence[Claim]:
-        """Warn of the pose that is wanted, as if it led away."""
+        """Warn of the aim, as if it led away."""
         action = action_for(aim_of(lab, moment.after), moment.after, lab)
         return (Avoid(action=action, before=self.before, after=self.after),)
 
@@ -543,11 +535,11 @@ class NoGrip(Claim[Truth, MetaWorld]):
         return _gripping(lab) == ""
 
     def counterparts(self, moment: Moment[Truth], lab: MetaWorld) -> Sequence[Claim]:
-        """That it is closed."""
+        """Claim that the script closes it."""
         return tuple(Grips(use=use) for use in USES)
 
     def excludes(self, other: Claim) -> bool:
-        """That it is closed."""
+        """A claim that the script closes it."""
         return isinstance(other, Grips)
 
 
@@ -557,7 +549,7 @@ class Toward(Claim[Truth, MetaWorld]):
 
     kind = FP
     axis: Annotated[str, SIGNED]
-    """With its sign, such as `+x`."""
+    """The axis with its sign, such as `+x`."""
 
     def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
         """Compute the place from the policy's command and gain."""
@@ -577,7 +569,7 @@ _GRIPPING: dict[str, str] = {}
 
 
 def _gripping(lab: MetaWorld) -> str:
-    """One of `USES`, as the script plays a task, or empty if the gripper stays open; by the policy's commands."""
+    """The script's use of the gripper in a task, one of `USES`, by its commands; empty if the gripper stays open."""
     if lab.task not in _GRIPPING:
         lab.reset(seed=0)
         grips: list[bool] = []

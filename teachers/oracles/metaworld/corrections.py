@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from worlds.metaworld import Aim, MetaWorld, Truth
 
 _OPEN = 0.9
-"""So far open at least is a gripper that has not begun to close."""
+"""Least opening of a gripper that has not begun to close."""
 _NEAR = 0.04
-"""Metres within which a hand has come down to what it is to grasp, and beyond which aside it still travels."""
+"""Distance in metres: a hand this near above its object has come down; one farther off to the side still travels."""
 
 
 def _moved(place: Sequence[float], by: Sequence[float]) -> tuple[float, ...]:
@@ -18,31 +18,31 @@ def _moved(place: Sequence[float], by: Sequence[float]) -> tuple[float, ...]:
 
 @dataclass(frozen=True, kw_only=True)
 class Correction:
-    """What a policy's aim is changed to. The policy may do two things at once and change its mind at every low-level
-    step; a turn is longer than that.
+    """How to change a policy's aim. The policy may do two things at once and change its aim at every low-level step; a
+    turn lasts many of these.
     """  # noqa: D205
 
     opening: float | None = None
-    """The policy's largest grip that does not take hold; the gripper is then opened wide. What takes hold comes in
-    turns of their own: the hand goes down, closes where it is, and only then carries. None: nothing is grasped."""
+    """The policy's largest grip that does not grasp; the gripper then opens wide. Grasping takes separate turns: the
+    hand goes down, closes in place, and only then carries. None: the task needs no grasp."""
     stride: float | None = None
-    """So far from where it is, in metres along an axis, the hand is sent at most."""
+    """Longest move of the hand in one turn, in metres along an axis."""
     travel: float | None = None
-    """The height at which an open hand goes to what it is to grasp."""
+    """The height at which an open hand travels to its object."""
     nudge: tuple[float, float, float] | None = None
-    """The policy is asked as if the first object were so far from where it is."""
+    """Offset of the first object in the observation that the policy gets."""
     beyond: tuple[float, float, float] | None = None
-    """The policy is asked as if the goal were so far from where it is."""
+    """Offset of the goal in the observation that the policy gets."""
 
     def seen(self, truth: Truth) -> tuple[float, ...]:
-        """The observation that the policy is asked with."""
+        """The observation that the policy gets."""
         numbers = truth.observation
         if self.nudge is not None:
             numbers = *numbers[:4], *_moved(numbers[4:7], self.nudge), *numbers[7:]
         return numbers if self.beyond is None else (*numbers[:36], *_moved(numbers[36:], self.beyond))
 
     def applied(self, aim: Aim, truth: Truth) -> Aim:
-        """What is aimed at instead of what the policy aims at."""
+        """The corrected aim."""
         hand, gripper = truth.observation[:3], truth.observation[3]
         (x, y, z), grip = aim.target, aim.grip
         if self.opening is not None and grip <= self.opening:
@@ -75,16 +75,16 @@ CORRECTIONS = {
     "push-v3": Correction(opening=0.0),
     "stick-pull-v3": Correction(opening=0.0, nudge=(0.0, 0.0, -0.01), beyond=(0.0, -0.03, 0.0)),
 }
-"""By task. Where the policy alone solves a task as reliably, it is left as it is."""
+"""The corrections by task; tasks that the policy alone solves as reliably have none."""
 _NONE = Correction()
 
 
 def correction_for(world: MetaWorld) -> Correction:
-    """That of the world's task. With `teacher_event` a turn ends when the policy changes its mind, so it needs none."""
+    """The correction for the world's task. With `teacher_event` a turn ends when the policy changes its aim: none."""
     return _NONE if world.options["control"] == "teacher_event" else CORRECTIONS.get(world.task, _NONE)
 
 
 def aim_of(world: MetaWorld, truth: Truth) -> Aim:
-    """Where the hand is wanted: what the scripted policy aims at, corrected."""
+    """The corrected aim of the scripted policy."""
     correction = correction_for(world)
     return correction.applied(world.script.aim(correction.seen(truth)), truth)

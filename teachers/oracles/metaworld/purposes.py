@@ -1,4 +1,4 @@
-"""What solves each of Meta-World's tasks, in words."""
+"""The purposes of Meta-World's tasks, in words."""
 
 PURPOSES = {
     "assembly-v3": "pick up the wrench and put its ring over the peg",
@@ -52,7 +52,7 @@ PURPOSES = {
     "window-close-v3": "slide the window shut",
     "window-open-v3": "slide the window open",
 }
-"""What solves each task, to complete "your task is to ..."."""
+"""The purpose of each task, to complete "your task is to ..."."""
 
 USES = {
     "hold": "open the gripper until the hand is where it is to take hold, and close it there",
@@ -70,15 +70,15 @@ HOLDING = _tasks(
     "handle-pull-side peg-insert-side pick-place pick-place-wall push push-back push-wall shelf-place "
     "stick-pull stick-push sweep"
 )
-"""Tasks in which the gripper closes on the way."""
+"""Tasks where the gripper closes on the way."""
 SHUT = _tasks(
     "button-press-topdown button-press-wall dial-turn door-close door-open door-unlock drawer-close "
     "faucet-close faucet-open handle-press-side handle-pull lever-pull plate-slide-back-side "
     "plate-slide-side soccer window-close window-open"
 )
-"""Tasks in which the gripper is closed from the start on."""
+"""Tasks where the gripper is closed from the start."""
 OPEN = _tasks(
     "button-press button-press-topdown-wall coffee-button door-lock drawer-open handle-press "
     "peg-unplug-side pick-out-of-hole plate-slide plate-slide-back reach reach-wall"
 )
-"""Tasks in which it is never closed."""
+"""Tasks where the gripper never closes."""

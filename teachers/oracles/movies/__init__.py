@@ -108,7 +108,7 @@ class MoviesOracle(Oracle[Truth, Movies]):
         return *wishes, *(Solution(action=action) for action in self.plan(truth, 1))
 
     def _hindsight(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
-        """Titles are judged one by one up to `max_items`; those behind are counted."""
+        """Judge titles one by one up to `max_items`, and count the rest."""
         titles, catalogue, profile = titles_of(moment.action), self.lab.catalogue, moment.past.profile
         items, limit, success = catalogue.look_up(titles), self.lab.max_items, moment.success
         good: list[Claim] = [_ALL_FIT] if success else []
@@ -135,7 +135,7 @@ class MoviesOracle(Oracle[Truth, Movies]):
                 claims.append(OthersMiss(first=limit + 1, count=len(behind) - fit, total=len(behind)))
 
     def _advice(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
-        """The first title that does not fit is replaced by one that does."""
+        """Advise to replace the first title that does not fit."""
         truth = moment.after
         catalogue = self.lab.catalogue
         titles, wishes = titles_of(truth.answer), truth.profile.wishes.values()
@@ -157,7 +157,7 @@ class MoviesOracle(Oracle[Truth, Movies]):
                 claims.append(_avoid_trait(attribute, trait))
 
     def _other_than(self, used: Set[str]) -> str:
-        """The first title that fits and is not used yet; if all are, the first one."""
+        """The first fitting title that is not used yet; if all are used, the first one."""
         items = self.lab.catalogue.items
         for i in self._fitting:
             if (label := items[i].label) not in used:
@@ -165,7 +165,7 @@ class MoviesOracle(Oracle[Truth, Movies]):
         return items[self._fitting[0]].label
 
     def clues(self, truth: Truth) -> tuple[Claim, ...]:
-        """What the wish that was not said is about, some wishes with it among them, and the rules of a town."""
+        """The attribute of the omitted wish, some wishes with it among them, and the rules of a town."""
         profile, unsaid, (first, second), _, law = truth
         names, wish = NAMES[unsaid], profile.words(unsaid).split(" or ")
         others = [name for name in names if name not in wish]
@@ -179,16 +179,16 @@ class MoviesOracle(Oracle[Truth, Movies]):
         return About(attribute=unsaid), *within, *rules
 
     def importance(self, truth: Truth) -> float:
-        """The reward of a list that fits minus that of one in which nothing fits: always 1."""
+        """The reward of a fitting list minus that of a list without a fitting title: always 1."""
         return 1.0
 
     def plan(self, truth: Truth, n: int) -> tuple[str, ...]:
-        """The same list of titles that fit `n` times."""
+        """A fitting list, `n` times."""
         items = self.lab.catalogue.items
         return (answer_of([items[i].label for i in self._fitting[:_SHOWN]]),) * n if self._fitting else ()
 
     def regret(self, moment: Moment[Truth]) -> float:
-        """The reward of a list that fits minus the action's: 0 to 1."""
+        """The reward of a fitting list minus the action's: 0 to 1."""
         return self.idle(moment.after) if moment.before is None else 0.0 - moment.reward
 
     def idle(self, truth: Truth) -> float:
@@ -200,7 +200,7 @@ _LONGEST = MAX_TITLES + 1
 
 
 def _replace(titles: tuple[str, ...], place: int, title: str) -> Recommend:
-    """Advice to put a title at a place of a list; it stands alone if the list would be too long."""
+    """Advice to put a title at a place of a list, or alone if the list would be too long."""
     action = answer_of([*titles[:place], title, *titles[place + 1 :]])
     return _recommend(action if len(action) <= MAX_LENGTH else answer_of([title]), title)
 

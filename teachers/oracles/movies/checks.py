@@ -48,7 +48,7 @@ def pays(lab: Movies, profile: Profile, title: str) -> bool:
 
 
 def leaves_one_out(lab: Movies, truth: Truth) -> bool:
-    """Whether the user has one wish more than the request utters."""
+    """Whether the request omits exactly one of the user's wishes."""
     lab.restore(truth)
     said = lab.step("[]")[0]
     uttered = sum(bool(np.any(said[name])) for name in ("type", "periods", "genres", "age"))
@@ -56,7 +56,7 @@ def leaves_one_out(lab: Movies, truth: Truth) -> bool:
 
 
 def left_out(lab: Movies, truth: Truth) -> str:
-    """The attribute about which the user has a wish that the request does not utter."""
+    """The attribute of the wish that the request omits."""
     lab.restore(truth)
     said = lab.step("[]")[0]
     parts = zip(NAMES, ("type", "periods", "genres", "age"), strict=True)
@@ -64,13 +64,13 @@ def left_out(lab: Movies, truth: Truth) -> str:
 
 
 def tally(lab: Movies, moment: Moment[Truth], first: int) -> tuple[int, int]:
-    """How many titles of the last list, from title `first` on, content the user when offered alone, and of how many."""
+    """How many titles of the last list from title `first` on suit the user when offered alone, and of how many."""
     titles = titles_of(moment.action)[first - 1 :] if moment.before is not None and first >= 1 else ()
     return sum(pays(lab, moment.after.profile, title) for title in titles), len(titles)
 
 
 def pays_by_rules(lab: Movies) -> bool:
-    """Whether, as the world pays, one of several genres is enough, and a show is of each period in which it ran."""
+    """Whether the world pays for one of several genres, and for a show in each period when it ran."""
     shows = lab.catalogue.query("SELECT title, first, last FROM title WHERE series LIMIT 5")
     ran = (
         pays(lab, Profile(True, (period,)), f"{title} ({first})") == (first <= end and (last or 9999) >= begin)
@@ -102,7 +102,7 @@ def pays_by_age(lab: Movies, age: int, group: Sequence[str]) -> bool:
 
 
 def takes_lists(lab: Movies, limit: int) -> bool:
-    """Whether the world takes lists of strings and of objects, of so many titles and no more."""
+    """Whether the world takes lists of strings and of objects, of at most `limit` titles."""
     item = next(item for item in lab.catalogue.items if item.named)
     forms = ([item.label], [{"title": item.title, "year": item.first}])
     try:
@@ -122,12 +122,12 @@ def said_at(moment: Moment[Truth], item: int) -> str:
 
 
 def exists(lab: Movies, said: str) -> bool:
-    """Whether the world takes what was said for a title at all."""
+    """Whether the world takes a text for any title."""
     return any(pays(lab, Profile(series), said) for series in (False, True))
 
 
 def split_label(said: str) -> tuple[str, int]:
-    """A title and the year in brackets behind it, 0 if there is none."""
+    """A title and the year in brackets after it, 0 if there is none."""
     found = _LABEL.fullmatch(said)
     return (found[1], int(found[2])) if found else (said, 0)
 
@@ -147,7 +147,7 @@ def item_of(lab: Movies, label: str) -> Item:
 
 @lru_cache(maxsize=4)
 def years_of(catalogue: Catalogue) -> dict[str, list[int]]:
-    """Per title, folded, the first years of the works that have it."""
+    """The first years of all works by title, case-folded."""
     years: dict[str, list[int]] = {}
     for title, first in catalogue.query("SELECT title, first FROM title"):
         years.setdefault(fold(title), []).append(first)
@@ -166,26 +166,26 @@ def alike(said: str, title: str) -> bool:
 
 
 def means(lab: Movies, said: str, title: str) -> bool:
-    """Whether what was said stands for a title of the catalogue."""
+    """Whether a text stands for a title of the catalogue."""
     row = row_of(lab, title)
     return row is not None and alike(split_label(said)[0], row[1]) and pays(lab, Profile(bool(row[2])), said)
 
 
 def is_unknown(lab: Movies, said: str) -> bool:
-    """Whether no title, of its year if it gives one, is what was said, by the world and by all titles."""
+    """Whether a text names no title, of its year if it gives one, by the world and by all titles."""
     name, year = split_label(said)
     years = years_of(lab.catalogue).get(fold(name), ())
     return not exists(lab, said) and not any(not year or abs(first - year) <= 1 for first in years)
 
 
 def is_like(lab: Movies, said: str, title: str) -> bool:
-    """Whether what was said is spelt like a title of the catalogue."""
+    """Whether a text is spelt like a title of the catalogue."""
     row = row_of(lab, title)
     return row is not None and alike(split_label(said)[0], row[1])
 
 
 def could_be(lab: Movies, said: str, works: Sequence[str]) -> bool:
-    """Whether each of these works is spelt like what was said, which the world takes for none of them."""
+    """Whether each of these works is spelt like a text that the world takes for none of them."""
     name, _ = split_label(said)
     rows = [row_of(lab, work, several=True) for work in works]
     return not exists(lab, said) and all(row is not None and alike(name, row[1]) for row in rows)
@@ -198,7 +198,7 @@ def is_rated(lab: Movies, title: str) -> bool:
 
 
 def wish_met(lab: Movies, profile: Profile, title: str, attribute: str, found: str) -> bool | None:
-    """Whether a title meets a wish; None if there is no such wish or title, or its attribute is not what was found."""
+    """Whether a title meets a wish; None if there is no such wish or title, or its attribute is not `found`."""
     row = row_of(lab, title)
     if row is None or not profile.words(attribute) or row_words(lab, row, attribute) != found:
         return None
@@ -206,7 +206,7 @@ def wish_met(lab: Movies, profile: Profile, title: str, attribute: str, found: s
 
 
 def misses(lab: Movies, moment: Moment[Truth], title: str, attribute: str, found: str, wanted: str) -> bool:
-    """Whether an attribute of a title is what was found, and not what the user wants, `wanted`."""
+    """Whether an attribute of a title is `found`, and the user wants `wanted`, which this does not meet."""
     profile = moment.after.profile
     return wish_met(lab, profile, title, attribute, found) is False and wanted == profile.words(attribute)
 
@@ -275,7 +275,7 @@ def traits_wished(profile: Profile) -> list[tuple[str, str]]:
 
 
 def faults_of(lab: Movies, title: str, profile: Profile) -> list[dict[str, str]]:
-    """Per attribute with a wish the fields of a claim that finds fault with it."""
+    """The fields of a claim that finds fault with a title, for each attribute with a wish."""
     item = item_of(lab, title)
     return [
         {"title": title, "attribute": attribute, "found": found_words(item, attribute), "wanted": wanted}
@@ -296,7 +296,7 @@ def is_better(lab: Movies, truth: Truth, action: str, title: str) -> bool:
 
 
 def is_wished(lab: Movies, truth: Truth, attribute: str, wish: str) -> bool:
-    """Whether these words are the user's wish: what SQL finds for them is what the world pays for this wish alone."""
+    """Whether these words are the user's wish: SQL finds for them what the world pays for this wish alone."""
     names = wish.split(" or ")
     known: Any = {TYPE: TYPE_NAMES, YEAR: PERIOD_NAMES, GENRE: GENRES}.get(attribute, AGE_NAMES)
     if not set(names) <= set(known):
@@ -318,7 +318,7 @@ def is_wished(lab: Movies, truth: Truth, attribute: str, wish: str) -> bool:
 
 
 def row_words(lab: Movies, row: tuple[Any, ...], attribute: str) -> str | None:
-    """An attribute of a work in words, from its row; as `found_words` for an item."""
+    """An attribute of a work in words, from its row; `found_words` does this for an item."""
     id, _, series, first, last, certificate = row
     if attribute == TYPE:
         return TYPE_NAMES[series]
@@ -353,7 +353,7 @@ FOUND: dict[str, Callable[[Item], str]] = {
 
 
 def wish_words(profile: Profile) -> list[tuple[str, str]]:
-    """The attributes that a user has wishes about, and the wishes in words."""
+    """The attributes with a wish of the user, and the wishes in words."""
     return [(attribute, profile.words(attribute)) for attribute in profile.wishes]
 
 

@@ -20,9 +20,9 @@ from worlds.movies import (
 from worlds.movies.catalogue import AGES
 
 Attribute = Annotated[str, (*checks.NAMES,)]
-"""What a title has and a user can have a wish for."""
+"""An attribute of titles that users can have wishes for."""
 LISTED = 3
-"""The most works that are named where a title could be several."""
+"""Most works that a claim about an ambiguous title names."""
 
 
 @claim
@@ -30,7 +30,7 @@ class Goal(Claim[Truth, Movies]):
     """True if titles are wanted that meet a user's wishes, of which the request leaves out exactly one."""
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
-        """Count the wishes that the user has, and those that are uttered."""
+        """Count the user's wishes and those in the request."""
         return checks.leaves_one_out(lab, moment.after)
 
 
@@ -73,7 +73,7 @@ class _Wished(Claim[Truth, Movies]):
     wish: str
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
-        """Read the words, and compare what SQL finds for them with what the world pays for this wish alone."""
+        """Compare what SQL finds for the words with what the world pays for this wish alone."""
         return checks.is_wished(lab, moment.after, self.attribute, self.wish)
 
 
@@ -423,7 +423,7 @@ class AvoidTrait(Claim[Truth, Movies]):
         return checks.is_useless(lab, moment.after.profile, self.attribute, self.trait)
 
     def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
-        """Warn of what is wished."""
+        """Warn of wished traits."""
         wished = checks.traits_wished(moment.after.profile)
         return tuple(AvoidTrait(attribute=attribute, trait=trait) for attribute, trait in wished)
 
@@ -448,7 +448,7 @@ class About(_Unsaid):
         return self.attribute == checks.left_out(lab, moment.after)
 
     def excludes(self, other: Claim) -> bool:
-        """That it is about something else."""
+        """Another attribute."""
         return isinstance(other, _Unsaid) and other.attribute != self.attribute
 
 
@@ -466,12 +466,12 @@ class WithinWishes(_Unsaid):
         return self.attribute == checks.left_out(lab, moment.after) and set(wish) <= set(self.wishes)
 
     def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
-        """As many others."""
+        """As many other wishes."""
         others = [name for name in checks.NAMES[self.attribute] if name not in self.wishes]
         return (WithinWishes(attribute=self.attribute, wishes=tuple(others[: len(self.wishes)])),) if others[1:] else ()
 
     def excludes(self, other: Claim) -> bool:
-        """That it is about something else, or asks for nothing of these."""
+        """Another attribute, or wishes without any of these."""
         apart = isinstance(other, WithinWishes) and not set(self.wishes) & set(other.wishes)
         return apart or About(attribute=self.attribute).excludes(other)
 
@@ -483,7 +483,7 @@ def _faults(moment: Moment[Truth], lab: Movies, item: int) -> tuple[AttributeMis
 
 
 def _unfit(moment: Moment[Truth], lab: Movies, action: str, title: str) -> tuple[Claim, ...]:
-    """Recommendations of titles that do not fit in place of one that does."""
+    """Recommendations of titles that do not fit, in place of a fitting one."""
     titles = json.loads(action)
     lists = ((label, [label if each == title else each for each in titles]) for label in checks.unfit(lab, moment))
     return tuple(Recommend(action=answer_of(each), title=label) for label, each in islice(lists, _COUNTERPARTS))
@@ -494,12 +494,12 @@ _COUNTERPARTS = 3
 
 @claim
 class _LeftOut(TownRule[Truth, Movies]):
-    """Base of rules about the wish that requests leave out."""
+    """Base of rules about the wish that requests omit."""
 
     attribute: Attribute
 
     def means(self, moment: Moment[Truth], oracle: Any) -> bool:
-        """Read the wish that is left out, which is that of the law."""
+        """Compare with the omitted wish, which is the law of the town."""
         return moment.after.law is not None and bool(self.fits(moment.after))
 
 
@@ -516,7 +516,7 @@ class AlwaysWants(_LeftOut):
         return truth.unsaid == self.attribute and truth.profile.words(self.attribute) == self.wish
 
     def excludes(self, other: Claim) -> bool:
-        """Another wish, or that none about this attribute is left out."""
+        """Another wish, or the claim that requests never omit one about this attribute."""
         return isinstance(other, _LeftOut) and (
             other != self if isinstance(other, AlwaysWants) else other.attribute == self.attribute
         )

@@ -57,17 +57,17 @@ def _newton(gradient: Sequence[float], hessian: Sequence[float]) -> Point:
 
 
 BEHIND = range(400, 500, 10)
-"""Of `FARTHER`, those around a minimiser when nine tenths of the way to it are done."""
+"""Indices into `FARTHER` of points around a minimiser, after nine tenths of the way to it."""
 SHORT = 0.9
-"""The greatest share of the way to a minimiser that advice goes."""
+"""Largest share of the way to a minimiser in advice."""
 SHARES = (SHORT, 0.8, 0.6, 0.4, 0.2)
-"""Shares of that way which are tried if Newton's step is not good enough."""
+"""Shares of that way to try if Newton's step is not good enough."""
 ENOUGH = 0.1
-"""Newton's step is taken if it leaves no more than this share of the loss that can be saved."""
+"""Newton's step is good enough if it leaves at most this share of the loss that can be saved."""
 CLOSE = 1e-6
-"""Points within this distance of a minimiser are not advised."""
+"""Advice names no point within this distance of a minimiser."""
 _EDGE = 1e-3
-"""Of a side of the domain, how close to an edge clues do not say where a minimiser is."""
+"""Clues skip minimisers within this share of a side from the edge of a part."""
 _TRIES = 3
 _PROPOSALS = Proposals()
 _fell, _rose = fast_constructor(Fell), fast_constructor(Rose)
@@ -79,8 +79,8 @@ class OptimizationOracle(Oracle[Truth, Optimization]):
     """Judges proposals by the change of the loss, and advises points whose loss it has computed.
 
     The advised point is a Newton step, with the exact gradient and curvature, if that saves nine tenths of the loss
-    that can be saved. Where it does not, as in the basin of a local minimum, the point lies on the way to the nearest
-    minimiser. Either stops at nine tenths of that way: only the instruction `c` names the minimiser itself.
+    that can be saved. Otherwise, as in the basin of a local minimum, the point lies on the way to the nearest
+    minimiser. Both stop at nine tenths of that way: only the instruction `c` names the minimiser itself.
     """
 
     def start(self, truth: Truth) -> None:
@@ -118,7 +118,7 @@ class OptimizationOracle(Oracle[Truth, Optimization]):
         return (Solution(action=action, loss=self._landscape.value(*action)),)
 
     def _hindsight(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
-        """The verdict on the proposal, then those on each coordinate alone; none where the loss does not change."""
+        """Judge the proposal, then each coordinate alone; no verdict if the loss does not change."""
         (x1, x2), before, _ = moment.past
         action, after = moment.action, moment.after.y
         good: list[Claim] = []
@@ -163,7 +163,7 @@ class OptimizationOracle(Oracle[Truth, Optimization]):
                     break
 
     def clues(self, truth: Truth) -> tuple[Claim, ...]:
-        """A half of the domain without a least loss; one with it; which way and how far it is; eighths with it."""
+        """A half of the domain without a minimiser; a half with one; its direction and distance; eighths with it."""
         x, y, _ = truth
         if y - self._minimum <= TOLERANCE:
             return ()
@@ -184,7 +184,7 @@ class OptimizationOracle(Oracle[Truth, Optimization]):
         return (*clues, *self._around(0, best, 8), *self._around(1, best, 8))
 
     def _around(self, i: int, best: Point, parts: int) -> tuple[Between, ...]:
-        """Where a point is, in so many parts of a side of the domain; nothing if it is on an edge of its part."""
+        """The part of a side of the domain with a point, of `parts` parts; empty if the point is on the part's edge."""
         low, high = self.lab.lows[i], self.lab.highs[i]
         width = (high - low) / parts
         part = min(math.floor((best[i] - low) / width), parts - 1)
@@ -195,7 +195,7 @@ class OptimizationOracle(Oracle[Truth, Optimization]):
         return (Between(name=NAMES[i], low=begin, high=end),)
 
     def _step(self, truth: Truth) -> tuple[Point, float] | None:
-        """A point of less loss, with its loss; if there is none, a point behind which the loss is less."""
+        """A point of less loss, with its loss; if there is none, a point on the way to less loss."""
         x, y, _ = truth
         landscape = self._landscape
         step = _newton(landscape.gradient(*x), landscape.hessian(*x))
@@ -221,7 +221,7 @@ class OptimizationOracle(Oracle[Truth, Optimization]):
         return None
 
     def _short(self, x: Point, point: Point) -> Point | None:
-        """The point in the domain, moved back to a tenth of the way from `x` before a minimiser if it is closer."""
+        """The point in the domain, moved back if it is closer to a minimiser than a tenth of the way from `x`."""
         point = moved_inside(self.lab, point)
         minimiser = self._nearest(point)
         if math.dist(point, minimiser) < (1 - SHORT) * math.dist(x, minimiser):
@@ -243,7 +243,7 @@ class OptimizationOracle(Oracle[Truth, Optimization]):
         return minimisers[0] if len(minimisers) == 1 else min(minimisers, key=lambda m: math.dist(x, m))
 
     def importance(self, truth: Truth) -> float:
-        """The reward that can still be gained: that of a least loss minus that of proposing the same point again."""
+        """The reward that can still be gained: the reward of the least loss minus that of the present point."""
         low, high = self.lab.reward_range
         return high - min(max(-truth.y / 100, low), high)
 
@@ -258,5 +258,5 @@ class OptimizationOracle(Oracle[Truth, Optimization]):
         return self.lab.reward_range[1] - moment.reward
 
     def idle(self, truth: Truth) -> float:
-        """What is lost by staying at the point."""
+        """Regret of staying at the point."""
         return self.importance(truth)

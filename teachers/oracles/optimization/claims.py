@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Grounded, Moment, Scope, Verdict, claim, opposed, slot
+from teachers.common import ChangeVerdict
 from worlds.actions import inward
 from worlds.optimization import Landscape, Optimization, Point, Truth
 
@@ -18,9 +19,9 @@ NumbersT = TypeVar("NumbersT", float, npt.NDArray[np.float64])
 NAMES = ("x1", "x2")
 """The coordinates."""
 COURSES = tuple(f"{one} x1 and {other} x2" for one, other in product(("raise", "lower", "leave"), repeat=2))
-"""What can become of both."""
+"""Possible changes of both coordinates, in words."""
 WAYS = {"raise": 1, "lower": -1}
-"""Per change of a coordinate, its sign."""
+"""The sign of each change of a coordinate."""
 
 
 def proposed(lab: Optimization, truth: Truth, point: Point) -> float:
@@ -65,7 +66,7 @@ def with_coordinate(x: Point, i: int, value: float) -> Point:
 
 
 def between(a: tuple[NumbersT, NumbersT], b: tuple[NumbersT, NumbersT], share: float) -> tuple[NumbersT, NumbersT]:
-    """The point that lies this share of the way from `a` to `b`; of arrays, one for each of their points."""
+    """The point at this share of the way from `a` to `b`, elementwise for arrays."""
     return a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])
 
 
@@ -103,7 +104,7 @@ _FOUND: WeakKeyDictionary[Optimization, dict[Point, tuple[Point, ...]]] = WeakKe
 
 
 def minima(lab: Optimization, truth: Truth) -> tuple[Point, ...]:
-    """The points of least loss, found by proposals alone: from all points of a grid downwards."""
+    """The points of least loss, found by proposals alone, by descent from all points of a grid."""
     known = _FOUND.setdefault(lab, {})
     if truth.shift not in known:
         if len(known) >= _KEPT:
@@ -115,13 +116,13 @@ def minima(lab: Optimization, truth: Truth) -> tuple[Point, ...]:
 
 
 def _lowest_near(lab: Optimization, truth: Truth, start: Point) -> Point:
-    """The end of the way downwards, from the border of the domain once more: there a triangle becomes a line."""
+    """The end of a descent; on the border of the domain, where a triangle collapses to a line, of a second one."""
     end = _descend(lab, truth, start, 1 / (_SIDE - 1))
     return _descend(lab, truth, end, 1e-3) if {*end} & {*lab.lows, *lab.highs} else end
 
 
 def _descend(lab: Optimization, truth: Truth, start: Point, size: float) -> Point:
-    """The point of a local minimum of the loss, from a triangle with this share of the sides of the domain."""
+    """A local minimum of the loss, from a triangle with this share of the sides of the domain."""
     from scipy.optimize import minimize  # slow to import
 
     spans = zip(start, lab.lows, lab.highs, strict=True)
@@ -141,7 +142,7 @@ _EQUAL = 1e-7  # of two losses that are the least: what `_descend` may leave
 _SLACK = 1e-4  # of a side of the domain: where `minima` may be
 _SIDE = 9
 FARTHER = 1000
-"""Points that are tried in the next quarter of a way."""
+"""Number of points to try in the next quarter of a way."""
 
 
 @claim
@@ -280,28 +281,12 @@ class Reached(ActionClaim[Truth, Optimization]):
         )
 
     def counterparts(self, moment: Moment[Truth], lab: Optimization) -> Sequence[Claim]:
-        """Speak of a loss that rose."""
+        """Claim that the loss rose."""
         return (Rose(action=self.action, before=self.loss, after=self.loss + abs(self.loss) + 1.0),)
 
 
-class _Change(Verdict[Truth, Optimization]):
-    """Base of verdicts with a loss before and a loss after."""
-
-    __slots__ = ()
-    before: float
-    after: float
-
-    def good(self, moment: Moment[Truth], lab: Optimization) -> bool:
-        """Compare the losses."""
-        return self.after < self.before
-
-    def counterparts(self, moment: Moment[Truth], lab: Optimization) -> Sequence[Claim]:
-        """The opposite verdict, with the losses exchanged."""
-        return (self.opposing(before=self.after, after=self.before),)
-
-
 @claim
-class _Moved(_Change, ActionClaim[Truth, Optimization]):
+class _Moved(ChangeVerdict[Truth, Optimization], ActionClaim[Truth, Optimization]):
     """Base of verdicts on the change of the loss."""
 
     action_slot = ""  # the phrases name losses only
@@ -338,7 +323,7 @@ opposed(Fell, Rose)
 
 
 @claim
-class _Changed(_Change):
+class _Changed(ChangeVerdict[Truth, Optimization]):
     """Base of verdicts on the change of one coordinate alone."""
 
     name: Annotated[str, NAMES]
@@ -383,7 +368,7 @@ class _Course(_Targeted):
     """Base of advice whose phrases also name the directions."""
 
     ways: Annotated[str, COURSES]
-    """What becomes of the coordinates, such as `raise x1 and lower x2`."""
+    """The changes of the coordinates, such as `raise x1 and lower x2`."""
     now: float
     loss: float
 
@@ -409,7 +394,7 @@ class Step(_Course):
         return _steps((opposite, *corners_of(lab)), x, self.now, self.loss)
 
     def coarser(self, moment: Moment[Truth], lab: Optimization) -> Sequence[Claim]:
-        """The quarter of the domain in which the point lies, then the directions."""
+        """The quarter of the domain with the point, then the directions."""
         spans = zip(self.action, lab.lows, lab.highs, strict=True)
         (low1, high1), (low2, high2) = (
             inward(*((low + high) / 2, high) if x > (low + high) / 2 else (low, (low + high) / 2))
@@ -454,7 +439,7 @@ class Way(Grounded[Truth, Optimization]):
 
     kind = FP
     ways: Annotated[str, COURSES]
-    """What becomes of the coordinates, such as `raise x1 and lower x2`."""
+    """The changes of the coordinates, such as `raise x1 and lower x2`."""
     now: float
 
     def holds(self, moment: Moment[Truth], lab: Optimization) -> bool:
@@ -529,7 +514,7 @@ class Avoid(_Targeted):
 
 @claim
 class _Span(Claim[Truth, Optimization]):
-    """Base of claims about where points of least loss are."""
+    """Base of claims about the places of points of least loss."""
 
     scope = Scope.WORLD
     name: Annotated[str, NAMES]
@@ -573,7 +558,7 @@ class Between(_Span):
         return self.inside(moment, lab, _SLACK)
 
     def excludes(self, other: Claim) -> bool:
-        """That it is not between bounds which enclose these."""
+        """A claim that it is not between bounds that enclose these."""
         if not isinstance(other, NoneBetween) or other.name != self.name:
             return False
         return other.low <= self.low and self.high <= other.high
@@ -612,7 +597,7 @@ class Near(Claim[Truth, Optimization]):
 
 
 def _improves(moment: Moment[Truth], oracle: Any, fits: Callable[[Point], bool]) -> bool:
-    """Whether an advised point, the minimiser or a point of a grid that fits has a loss below the last."""
+    """Whether a fitting point has a loss below the last: an advised point, the minimiser, or a point of a grid."""
     truth, lab = moment.after, oracle.lab
     advised = [each.action for each in oracle.judge(moment, {FP}) if isinstance(each, _Targeted)]
     points = (*advised, minimiser_of(lab, truth), *grid(lab))

@@ -15,7 +15,7 @@ WHEELS = ("turn the wheel to the left", "hold the wheel straight", "turn the whe
 
 
 SIDES = {"left": -1, "right": 1}
-"""Per side of the driver the sign of angles to it."""
+"""The sign of angles to each side of the driver."""
 
 
 def after_action(lab: Parking, truth: Truth, action: Action) -> Truth:
@@ -26,7 +26,7 @@ def after_action(lab: Parking, truth: Truth, action: Action) -> Truth:
 
 
 def hits(lab: Parking, truth: Truth) -> bool:
-    """Whether a car without an action crashes, and the episode terminates."""
+    """Whether a car at this place crashes without acting, and the episode terminates."""
     lab.restore(truth)
     _, _, terminated, _, info = lab.advance((0.0, 0.0))
     return terminated and bool(info["crashed"])
@@ -43,7 +43,7 @@ _OUTCOMES: WeakKeyDictionary[Parking, dict[tuple[Truth, tuple[Action, ...]], int
 
 
 def _outcome(lab: Parking, truth: Truth, actions: tuple[Action, ...]) -> int:
-    """The number of actions after which the car is parked in the simulator; 0 if it is not, or crashes before."""
+    """The number of actions that park the car in the simulator; 0 if they do not, or it crashes before."""
     known = _OUTCOMES.setdefault(lab, {})
     key = truth, actions
     if key not in known:
@@ -101,7 +101,7 @@ def _whole(truth: Truth) -> Truth:
 
 
 def parks_within(lab: Parking, truth: Truth, spot: tuple[float, float, float], tolerance: float) -> bool:
-    """Whether a car is parked exactly where its misfit is below the tolerance, tested in many poses near a spot."""
+    """Whether a car counts as parked exactly if its misfit is below the tolerance, in many poses near a spot."""
     x, y, goal = spot
     out = -math.copysign(1.0, y)  # away from the wall
     truth = _whole(truth)
@@ -118,7 +118,7 @@ def parks_within(lab: Parking, truth: Truth, spot: tuple[float, float, float], t
 
 
 def stands_at(lab: Parking, truth: Truth, wall_x: float, wall_y: float) -> bool:
-    """Whether a car crashes if it overlaps walls at these coordinates, not just before them; and in each other car."""
+    """Whether a car crashes if it overlaps walls at these coordinates, not just before them, and in other cars."""
     x, y = wall_x - LENGTH / 2, wall_y - LENGTH / 2
     truth = _whole(truth)
     alone = _without_cars(truth)
@@ -138,8 +138,8 @@ def obeys(lab: Parking, truth: Truth, seconds: float, acceleration: float, angle
         lab: the simulator.
         truth: a truth whose car may be replaced.
         seconds: duration of an action.
-        acceleration: that of 1, in m/s2.
-        angle: that of 1, in radians.
+        acceleration: the acceleration for the number 1, in m/s2.
+        angle: the wheel angle for the number 1, in radians.
     """
     truth = _whole(truth)
     middle = truth.car._replace(x=0.0, y=0.0, heading=0.0, speed=0.0)
@@ -188,7 +188,7 @@ def opposites(action: Action) -> tuple[Action, ...]:
 
 
 def turn_to_spot(lab: Parking, truth: Truth) -> float:
-    """The turn from the car's heading to that of a car in the spot, -180 to 180 degrees, as the world shows them."""
+    """The turn from the car's heading to the spot's, by the observation, -180 to 180 degrees."""
     lab.restore(truth)
     seen = lab.observe()
     (cos, sin), (wanted_cos, wanted_sin) = (seen[part][-2:].tolist() for part in ("observation", "desired_goal"))
@@ -196,7 +196,7 @@ def turn_to_spot(lab: Parking, truth: Truth) -> float:
 
 
 def leads_in(lab: Parking, truth: Truth, pose: tuple[float, float, float]) -> bool:
-    """Whether a car that stands in this pose is parked by driving straight ahead."""
+    """Whether a car in this pose parks by driving straight ahead."""
     x, y, heading = pose
     truth = _whole(truth)
     there = truth._replace(car=truth.car._replace(x=x, y=y, heading=heading, speed=0.0))

@@ -20,6 +20,7 @@ from teachers.atoms import (
     opposed,
     slot,
 )
+from teachers.common import ChangeVerdict
 from teachers.oracles.parking.checks import (
     PEDALS,
     SIDES,
@@ -110,12 +111,12 @@ class _Begun(_Named):
 
     @property
     def whole(self) -> tuple[Action, ...]:
-        """The action and those of `rest`."""
+        """The action, then `rest`."""
         return (self.action, *self.rest)
 
     @property
     def effort(self) -> str:
-        """How many actions that is in all."""
+        """The number of all these actions, in words."""
         return effort_of(1 + len(self.rest))
 
 
@@ -162,7 +163,7 @@ class Manoeuvre(PlanClaim[Truth, Parking]):
 
     @property
     def effort(self) -> str:
-        """How many actions that is."""
+        """The number of actions, in words."""
         return effort_of(len(self.actions))
 
     def holds(self, moment: Moment[Truth], lab: Parking) -> bool:
@@ -176,7 +177,7 @@ class _Made(ActionClaim[Truth, Parking]):
     action: Action
 
     def made(self, moment: Moment[Truth]) -> bool:
-        """Whether `action` is that of this turn."""
+        """Whether `action` is the action of this turn."""
         return moment.before is not None and bool(moment.action == self.action)
 
 
@@ -231,18 +232,18 @@ class _Followed(Verdict[Truth, Parking], _Made):
 
     @property
     def effort(self) -> str:
-        """How many actions the way has; or has left, if the action was its first."""
+        """The number of actions of the way, in words; without the first if the action began it."""
         return effort_of(len(self.way) - (self.kind is HP))
 
     def applies(self, moment: Moment[Truth], lab: Parking) -> bool:
-        """Drive the way from before the action, and what is left of it after: that agrees with what the field says."""
+        """Drive the way from before the action, and its rest after it; both must agree with the field."""
         if not self.made(moment) or not parks(lab, moment.past, self.way):
             return False
         gain, rest = gain_of(moment.past, moment.after), (self.action, *self.way[1:])
         return parks(lab, moment.past, rest) if gain > MARGIN else gain < -MARGIN and fails(lab, moment.past, rest)
 
     def good(self, moment: Moment[Truth], lab: Parking) -> bool:
-        """The action shortened what is left, whatever the way."""
+        """Whether the action shortened the drive, by the field."""
         return gain_of(moment.past, moment.after) > MARGIN
 
 
@@ -273,25 +274,17 @@ opposed(OnCourse, Strayed)
 
 
 @claim
-class _Moved(Verdict[Truth, Parking], _Made):
+class _Moved(ChangeVerdict[Truth, Parking], _Made):
     before: float
     after: float
 
     def applies(self, moment: Moment[Truth], lab: Parking) -> bool:
-        """Drive it again, and measure; a car that is as far away as before has not moved."""
+        """Drive it again and measure; equal distances are no verdict."""
         return (
             self.made(moment)
             and self.before == distance_to_spot(moment.past)
             and self.after == distance_to_spot(after_action(lab, moment.past, self.action)) != self.before
         )
-
-    def good(self, moment: Moment[Truth], lab: Parking) -> bool:
-        """Nearer is better."""
-        return self.after < self.before
-
-    def counterparts(self, moment: Moment[Truth], lab: Parking) -> Sequence[Claim]:
-        """The opposite verdict, with the distances the other way round."""
-        return (self.opposing(before=self.after, after=self.before),)
 
 
 @claim
@@ -327,7 +320,7 @@ class Drive(_Begun):
         return parks(lab, moment.after, self.whole)
 
     def counterparts(self, moment: Moment[Truth], lab: Parking) -> Sequence[Claim]:
-        """The same of another action."""
+        """The same advice with another action."""
         return (Drive(action=opposites(self.action)[0], rest=self.rest),)
 
     def coarser(self, moment: Moment[Truth], lab: Parking) -> Sequence[Claim]:

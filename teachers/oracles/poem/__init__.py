@@ -37,7 +37,7 @@ from worlds.poem import MAX_LENGTH, Poem, Truth, compose, fits, lines_of, readin
 
 
 def _nearest(line: str, number: int) -> int:
-    """Of the numbers of syllables that a line can be read with, the one nearest to `number`."""
+    """The possible number of syllables of a line that is nearest to `number`."""
     counts = readings(line)
     if not counts & counts - 1:  # the usual case: there is one
         return counts.bit_length() - 1
@@ -71,7 +71,7 @@ class PoemOracle(Oracle[Truth, Poem]):
         return Goal(form=form, pattern=pattern), _COUNTING, _ANSWER
 
     def _practice(self, truth: Truth, rng: np.random.Generator) -> tuple[Claim, ...]:
-        """Verdicts on a few lines, some of them right; each line is judged once."""
+        """Verdicts on a few different lines, some of them right."""
         claims: dict[Claim, None] = {}
         for _ in range(_TRIES):
             line = int(rng.integers(len(truth.pattern))) + 1
@@ -88,7 +88,7 @@ class PoemOracle(Oracle[Truth, Poem]):
         return tuple(Solution(action=action) for action in self.plan(truth, 1))
 
     def _hindsight(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
-        """Lines are judged if their number is right; at most 20 right and 20 wrong ones are named."""
+        """Judge lines if their number is right, and name at most 20 right and 20 wrong ones."""
         lines = lines_of(moment.action)
         wanted = moment.past.demands(len(lines))
         right: list[int] = []
@@ -107,7 +107,7 @@ class PoemOracle(Oracle[Truth, Poem]):
                 claims.append(WrongNumber(lines=len(lines), required=len(moment.past.pattern)))
 
     def _advice(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
-        """The last poem, cut or filled to the right number of lines, with its first wrong line replaced."""
+        """Advise the last poem, cut or filled to the right number of lines, with its first wrong line replaced."""
         truth = moment.after
         lines = lines_of(truth.draft)
         wanted = truth.demands(len(lines))
@@ -133,7 +133,7 @@ class PoemOracle(Oracle[Truth, Poem]):
                 claims.append(_avoid_count(line, pattern[line - 1] + 1))
 
     def clues(self, truth: Truth) -> tuple[Claim, ...]:
-        """The number of lines that are wrong, all syllables together, then each line's."""
+        """The number of wrong lines, the total of syllables, then each line's."""
         lines, pattern = lines_of(truth.draft), truth.pattern
         wanted = truth.demands(len(lines))
         wrong = sum(not fits(words, number) for words, number in zip(lines, wanted, strict=False))
@@ -146,7 +146,7 @@ class PoemOracle(Oracle[Truth, Poem]):
         )
 
     def importance(self, truth: Truth) -> float:
-        """The reward of a right poem minus that of an all wrong one: always 1."""
+        """The reward of a right poem minus that of an entirely wrong one: always 1."""
         return 1.0
 
     def plan(self, truth: Truth, n: int) -> tuple[str, ...]:

@@ -25,11 +25,11 @@ from worlds.poem import HAIKU, MAX_LENGTH, TANKA, Poem, Truth, compose, lines_of
 Line = Annotated[int, Range(1, 99)]
 """The number of a line."""
 PLACEHOLDER = "..."
-"""A line that is still to be written: it has no syllables, so it is wrong."""
+"""A line still to be written: it has no syllables, so it is wrong."""
 
 
 def filler(syllables: int) -> str:
-    """A line of so many syllables in which nothing else is likely to be wrong."""
+    """A line of so many syllables that is unlikely to be wrong otherwise."""
     return " ".join(["la"] * syllables) or PLACEHOLDER
 
 
@@ -46,12 +46,12 @@ def solves(lab: Poem, truth: Truth, lines: Sequence[str]) -> bool:
 
 
 def plays(lab: Poem, line: str, syllables: int) -> bool:
-    """Whether a line alone is right where one line of so many syllables is required."""
+    """Whether a line is right as a poem of one line with so many syllables."""
     return solves(lab, Truth((syllables,), False, ""), (line,))
 
 
 def required_of(truth: Truth, line: int) -> int:
-    """Syllables that line `line` must have, counted from 1; 0 if there must be no such line."""
+    """The required syllables of line `line`, counted from 1; 0 if there must be no such line."""
     if truth.free:
         return truth.pattern[0]
     return truth.pattern[line - 1] if 1 <= line <= len(truth.pattern) else 0
@@ -81,7 +81,7 @@ def numbered_lines(numbers: tuple[int, ...]) -> str:
 
 
 def near(number: int) -> tuple[int, ...]:
-    """Numbers that a wrong count might give."""
+    """Numbers that a miscount might give."""
     return tuple(n for n in (number - 1, number + 1, number - 2, number + 2) if n >= 0)
 
 
@@ -102,7 +102,7 @@ def example_of(truth: Truth) -> tuple[str, ...]:
 
 
 def editable(lines: tuple[str, ...], truth: Truth) -> tuple[str, ...]:
-    """The lines of the last poem, if there is room to edit it; else those of a poem that is right."""
+    """The lines of the last poem, or of a right poem if there is no room to edit it."""
     return lines if len(truth.draft) <= MAX_LENGTH - _ROOM else example_of(truth)
 
 
@@ -185,11 +185,11 @@ class _Tried(Verdict[Truth, Poem]):
     required: int
 
     def applies(self, moment: Moment[Truth], lab: Poem) -> bool:
-        """Offer the line as a poem of its own, where `counted` syllables are asked for."""
+        """Offer the line as a poem of its own that must have `counted` syllables."""
         return required_of(moment.after, self.line) == self.required and plays(lab, self.words, self.counted)
 
     def good(self, moment: Moment[Truth], lab: Poem) -> bool:
-        """Offer it where so many are asked for as are required."""
+        """Offer it as a poem that must have `required` syllables."""
         return plays(lab, self.words, self.required)
 
 
@@ -317,11 +317,11 @@ class Empty(Claim[Truth, Poem]):
     kind = HN
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
-        """Look for a character that is not space."""
+        """Look for a character that is not whitespace."""
         return moment.before is not None and (not moment.action or moment.action.isspace())
 
     def counterparts(self, moment: Moment[Truth], lab: Poem) -> Sequence[Claim]:
-        """Find lines in it."""
+        """Claim that it has lines."""
         required = len(moment.past.pattern)
         return WrongNumber(lines=required + 1, required=required), AllRight()
 
@@ -372,7 +372,7 @@ class Work(Grounded[Truth, Poem]):
         return self.line == self._ground.line and self.stands(moment, lab)
 
     def means(self, moment: Moment[Truth], oracle: Any) -> bool:
-        """Offer the last poem with a line of the required length there."""
+        """Offer the last poem with a line of the required length in its place."""
         truth, lab = moment.after, oracle.lab
         lines, syllables = lines_of(truth.draft), required_of(truth, self.line)
         if not syllables or self.line < 1:
@@ -424,7 +424,7 @@ class Shorten(ActionClaim[Truth, Poem], EditClaim[Truth, Poem]):
         return kept and right and not was_right
 
     def counterparts(self, moment: Moment[Truth], lab: Poem) -> Sequence[Claim]:
-        """Cut it a line off the mark."""
+        """Cut it a line too early or too late."""
         lines = lines_of(moment.after.draft)
         return tuple(Shorten(action="\n".join(lines[:n])) for n in near(self.line) if 1 <= n <= len(lines))
 
@@ -524,7 +524,7 @@ class Total(Claim[Truth, Poem]):
 
 
 def _needs(truth: Truth, lab: Poem) -> list[int]:
-    """Per line the number of syllables with which it is right."""
+    """Per line, the number of syllables that makes it right."""
     each = (required_of(truth, line) for line in range(1, len(truth.pattern) + 1))
     return [next(n for n in range(1, required + 2) if plays(lab, filler(n), required)) for required in each]
 
@@ -539,6 +539,6 @@ def _miscounted(lines: Sequence[str], line: int, syllables: int) -> tuple[Write,
 
 
 def advise_line(lines: Sequence[str], line: int, syllables: int, number: int) -> Write:
-    """Advice to put a line of `number` syllables at a place where `syllables` are required."""
+    """Advice to put a line of `number` syllables in a place that requires `syllables`."""
     action = "\n".join((*lines[: line - 1], compose(number, line), *lines[line:]))
     return Write(action=action, line=line, syllables=syllables)

@@ -1,4 +1,4 @@
-"""The exact tier: all transitions are known, so that the best actions are, and what others lose."""
+"""The exact tier: it knows all transitions, and from them the best actions and what others lose."""
 
 from collections.abc import Callable, Hashable, Set
 from dataclasses import dataclass
@@ -52,21 +52,21 @@ _WIDEST = 1e8  # times that a reward is another one, beside whose rounding it wo
 
 @dataclass(frozen=True)
 class Exact(Planner):
-    """Plans where all transitions of an environment can be known.
+    """Plans from all transitions of an environment.
 
-    They are taken from a table. That is the attribute `P` of Gymnasium's toy texts, `P[state][action] = [(probability,
-    next state, reward, whether the episode ends), ...]` with the current state in `s`; or one that
-    `teachers.planning.known` computes from the rules, averaged over what the student cannot see, such as a hidden card.
-    Without a table all states that can be reached are explored by copies, at the start of each episode whose states
-    are new; then nothing may be left to chance.
+    They come from a table: the attribute `P` of Gymnasium's toy texts, `P[state][action] = [(probability, next state,
+    reward, whether the episode ends), ...]` with the current state in `s`; or a table that `teachers.planning.known`
+    computes from the rules, averaged over what the student cannot see, such as a hidden card. Without a table, copies
+    of the environment explore all reachable states at the start of each episode with new states; then the
+    environment must be deterministic.
 
     Args:
-        gamma: discount, from 0 to below 1. None: the sum of rewards within the turns of an episode counts.
-        state: the key of an environment's current state, hashable, for exploration: all that decides what happens but
-            time. None: `teachers.planning.known` has it, or the environment's `get_state()`, or else all its attributes
-            but those of its random generator.
-        states: the most states to explore.
-        steps: the most steps to explore in. Steps that draw random numbers are tried some 300 times each.
+        gamma: discount, from 0 to below 1. None: the objective is the sum of rewards within the turns of an episode.
+        state: reads the hashable key of an environment's current state, for exploration: all that determines the future
+            except time. None: the key from `teachers.planning.known`, or the environment's `get_state()`, or else all
+            its attributes except its random generator.
+        states: most states to explore.
+        steps: most steps of exploration. A step that draws random numbers is tried some 300 times.
     """
 
     gamma: float | None = None
@@ -82,7 +82,7 @@ class Exact(Planner):
                 raise ValueError(f"{name} must be an integer of at least 1, got {value!r}")
 
     def plan(self, env: _Env, turns: int, success: Callable[..., Any] | None = None) -> Planned:
-        """Find all transitions, and compute what every action is worth."""
+        """Find all transitions, and compute the value of every action."""
         check_steps(env)
         listed = known(env)
         own = listed or Known()
@@ -116,10 +116,10 @@ class Exact(Planner):
         )
 
     def _explored(self, env: _Env, turns: int, own: Known, why: str) -> tuple[Atlas, State, str]:
-        """What exploration finds, with the function that reads a state and the source in words.
+        """The values by exploration, the function that reads a state, and the source in words.
 
         Raises:
-            PlanningError: it finds too much, or nothing sure.
+            PlanningError: there are too many states, or the environment is not deterministic.
         """
         if self.state is not None:
             state = self.state
@@ -153,7 +153,7 @@ class Exact(Planner):
     def _episode(
         self, state: State, fading: Callable[[_Env], Callable[[int], float]] | None, turns: int, env: _Env, turn: int
     ) -> Worths:
-        """The values from a state on, with the limits and the fading of this very episode."""
+        """The values from a state on, with the time limits and the fading of this episode."""
         limit, share = min([turns, *time_limits(env)]), None if fading is None else fading(env)
         start = Start(env, state, turn, share or _whole, limit, self.gamma is not None)
         found = explore(start, self.states, self.steps)
@@ -189,17 +189,17 @@ def _whole(turn: int) -> float:
 
 @dataclass(slots=True)
 class _Told:
-    """What can be told of a state in which actions differ."""
+    """The claims about a state where actions differ."""
 
     verdicts: list[WellChosen | PoorlyChosen | Slower | None]
-    """One for each action; None for those that lose too little for a word."""
+    """One for each action; None for actions whose loss is too small to mention."""
     advice: Choose | None
-    """None if the action that is ranked first is not surely a best one."""
+    """None if the first-ranked action may not be a best one."""
     warning: Avoid
 
 
 class ExactOracle(Oracle[Position, GymWorld]):
-    """Knows what every action can be expected to earn, and judges by that: luck is neither praised nor blamed."""
+    """Judges actions by their expected sum of rewards; it neither praises nor blames luck."""
 
     tier = "exact"
     instruction_types: ClassVar[tuple[str, ...]] = ("b", "p")
@@ -208,13 +208,13 @@ class ExactOracle(Oracle[Position, GymWorld]):
         super().__init__(scratch)
         self._of: Worths | None = None
         self._there: dict[tuple[int | None, Any], _Told | None] = {}
-        """By stage and state what can be told, in the values `_of`; without a stage nothing is known."""
+        """Cached claims by stage and state, from the values `_of`; without a stage nothing is known."""
         self._last: tuple[Position | None, int, _Told | None] = None, 0, None
-        """What was told last: of this truth, with so many turns of texts that were no action."""
+        """The last result: truth, number of turns without an action, claims."""
 
     @cached_property
     def model(self) -> Atlas:
-        """What is known."""
+        """The knowledge about the environment."""
         model: Atlas = self.lab.model
         return model
 
@@ -224,11 +224,11 @@ class ExactOracle(Oracle[Position, GymWorld]):
         return self.model.spread
 
     def start(self, truth: Position) -> None:
-        """Find out what can happen in the episode, if that is not known."""
+        """Explore the episode if its states are unknown."""
         self.model.at(truth, self.lab)
 
     def values(self, truth: Position) -> tuple[float, ...]:
-        """The expected sum of rewards after each action, less a price of time that decides between equal sums."""
+        """The expected sum of rewards after each action, minus a small price of time that breaks ties."""
         values = self.model.at(truth, self.lab)
         return values.ranked(values.worths(truth.seen, truth.turn))
 
@@ -269,7 +269,7 @@ class ExactOracle(Oracle[Position, GymWorld]):
                 claims.append(told.warning)
 
     def _told_at(self, truth: Position, moment: Moment[Position]) -> _Told | None:
-        """What can be told of a state of a moment; None if no action loses anything."""
+        """The claims about a state of a moment; None if no action loses anything."""
         last, then, told = self._last
         unread = moment.turn - moment.after.turn
         if truth is last and unread == then:
@@ -287,7 +287,7 @@ class ExactOracle(Oracle[Position, GymWorld]):
         return told
 
     def _tell(self, lost: Lost, ranks: list[float]) -> _Told | None:
-        """What can be told where actions lose this and are ranked so; see `Worths.compared`."""
+        """The claims for these losses and ranks; see `Worths.compared`."""
         poor = [action for action, each in enumerate(lost) if each is not None and each != NOTHING]
         if not poor:
             return None
@@ -321,17 +321,17 @@ _choose, _avoid, _dawdle = fast_constructor(Choose), fast_constructor(Avoid), fa
 
 
 class CertainOracle(ExactOracle):
-    """The same where nothing is left to chance: it can tell the whole way."""
+    """The oracle for deterministic environments; it can also state a whole plan."""
 
     instruction_types = ("b", "p", "c")
 
     def plan(self, truth: Position, n: int) -> tuple[int, ...]:
-        """Best actions, until the episode is over or all actions are worth the same."""
+        """Best actions, until the episode is over or all actions are equally good."""
         values = self.model.at(truth, self.lab)
         return self._way(truth, n, values.ranked)
 
     def _way(self, truth: Position, n: int, rank: Callable[[tuple[Worth, ...]], tuple[Any, ...]]) -> tuple[int, ...]:
-        """The actions that are ranked first, until the episode is over or all rank the same."""
+        """The first-ranked actions, until the episode is over or all actions have the same rank."""
         values, state = self.model.at(truth, self.lab), truth.seen
         actions: list[int] = []
         while len(actions) < n and state is not None:

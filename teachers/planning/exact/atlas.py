@@ -1,4 +1,4 @@
-"""What the exact tier knows of an environment."""
+"""The exact tier's knowledge of an environment."""
 
 import warnings
 from collections import Counter, deque
@@ -17,25 +17,25 @@ _NOWHERE = ("no state",)
 
 
 class _Map(NamedTuple):
-    """What was found from a state on."""
+    """The result of exploring from one state on."""
 
     values: Worths
     begun: int
-    """Turn of that state."""
+    """The turn of that first state."""
     depths: dict[Hashable, int]
-    """Fewest actions to each state, where those that time does not suffice for are left out; empty: none are.
+    """Fewest actions from the first state to each state, if exploring stopped at the time limit; empty if it did not.
 
-    So many actions from the first state on, all states are known that can be reached.
+    From a state at or after its depth, all reachable states are known.
     """
 
 
 class Atlas:
-    """The values of all states, computed once, or anew for each episode whose states are not known yet.
+    """The values of all states, computed once, or again for each episode with unknown states.
 
     Args:
-        values: those that are known.
-        explore: the values of the states that an environment can reach, given the number of actions so far; None: all
-            are known.
+        values: the known values.
+        explore: computes the values of all states that an environment can reach, given the number of earlier actions;
+            None: all states are known.
     """
 
     def __init__(self, values: Worths, explore: Callable[[gymnasium.Env[Any, Any], int], Worths] | None = None) -> None:
@@ -45,7 +45,7 @@ class Atlas:
         self._nothing = Worths({_NOWHERE: [[]] * self.actions}, self.horizon, self.gamma)
         self._lost: deque[Any] = deque(maxlen=_KEPT)
         self.silences: Counter[str] = Counter()
-        """The number of episodes of which nothing is known, by the reason."""
+        """The number of episodes without values, by the reason."""
 
     @property
     def spread(self) -> float:
@@ -54,23 +54,23 @@ class Atlas:
 
     @property
     def explores(self) -> bool:
-        """Whether states are explored that are not known yet."""
+        """Whether it explores unknown states."""
         return self._explore is not None
 
     @property
     def size(self) -> int:
-        """The number of states that are known, those after the end included."""
+        """The number of known states, terminal ones included."""
         return max(len(each.values.transitions) for each in self._known)
 
     @property
     def certain(self) -> bool:
-        """Whether nothing is left to chance."""
+        """Whether all known transitions are deterministic."""
         return all(each.values.certain for each in self._known)
 
     def at(self, truth: Position, lab: GymWorld) -> Worths:
-        """The values of the states around a truth; the lab goes there if they have to be explored.
+        """Values that cover the state of a truth and all states after it; unknown states are explored in the lab.
 
-        Where these are too many, or chance decides, no values are known in the whole episode, and a warning says so.
+        If there are too many, or actions have random results, the whole episode has no values, and a warning says so.
         """
         seen = truth.seen
         for values, begun, depths in self._known:
@@ -95,7 +95,7 @@ class Atlas:
 
 
 def _depths(transitions: Transitions) -> dict[Hashable, int]:
-    """The fewest actions to each state from the first one; empty if all were explored that can be reached."""
+    """The fewest actions from the first state to each state; empty if every reachable state was explored."""
     found = {next(iter(transitions)): 0}
     queue, cut = deque(found), False
     while queue:

@@ -1,8 +1,10 @@
-"""What the oracle of the exact tier says; everything is checked by Bellman's equation or by playing."""
+"""The claims of the exact tier; their checks use Bellman's equation or play."""
 
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
+
+from typing_extensions import override
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Verdict, claim, opposed, slot
 from teachers.planning.exact.worths import NOTHING, Worth, Worths
@@ -47,7 +49,7 @@ class Fading(Claim[Position, GymWorld]):
     part: float
 
     def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
-        """Compare what is left after no action and after others with a straight line."""
+        """Compare the factors of rewards after 0, 1 and 10 actions with a straight line."""
         values = lab.model.at(moment.after, lab)
         left = [values.share(turn) for turn in (0, 1, 10)]
         return all(abs(left[0] - turn * self.part - share) < 1e-9 for turn, share in zip((0, 1, 10), left, strict=True))
@@ -55,32 +57,32 @@ class Fading(Claim[Position, GymWorld]):
 
 @claim
 class _Chosen(Verdict[Position, GymWorld], ActionClaim[Position, GymWorld]):
-    """An action, judged by what could be expected of it before it was taken; luck does not count."""
+    """Base of verdicts by an action's expected result; luck does not count."""
 
     action_slot = "answer"
     action: int
     answer: str
     """The action as a student writes it."""
     lost: float
-    """What it loses: of the sum, or actions; to three digits."""
+    """Its loss, in reward or in actions, to three digits."""
 
     def applies(self, moment: Moment[Position], lab: GymWorld) -> bool:
-        """Whether this was the action, in a state in which actions differ."""
+        """Whether this was the action, and actions differ in that state."""
         acted = moment.before is not None and moment.action == self.action
         return acted and loss(self.action, moment.past, moment, lab) is not None
 
+    @override
     def good(self, moment: Moment[Position], lab: GymWorld) -> bool:
-        """By Bellman's equation."""
         return loss(self.action, moment.past, moment, lab) == NOTHING
 
+    @override
     def worth(self, moment: Moment[Position], lab: GymWorld, action: Any) -> float | None:
-        """By Bellman's equation."""
         values, past = lab.model.at(moment.past, lab), moment.past
         turn = used(past, moment, values)
         return None if turn is None else values.ranked(values.expected(past.seen, turn))[action]
 
+    @override
     def stated_worth(self, moment: Moment[Position], lab: GymWorld, action: Any) -> float | None:
-        """By Bellman's equation."""
         values, past = lab.model.at(moment.past, lab), moment.past
         turn = used(past, moment, values)
         return None if turn is None else values.expected(past.seen, turn)[action].earned
@@ -95,7 +97,7 @@ class WellChosen(_Chosen):
     kind = HP
 
     def applies(self, moment: Moment[Position], lab: GymWorld) -> bool:
-        """Nothing is lost by it."""
+        """Whether it loses nothing."""
         return self.lost == 0 and _Chosen.applies(self, moment, lab)
 
     def counterparts(self, moment: Moment[Position], lab: GymWorld) -> Sequence[Claim]:
@@ -108,12 +110,12 @@ class WellChosen(_Chosen):
 class _Blame(_Chosen):
     """Base of blame that says how much is lost."""
 
+    @override
     def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
-        """By Bellman's equation."""
         return self.applies(moment, lab) and self.tells(loss(self.action, moment.past, moment, lab))
 
     def tells(self, lost: Worth | None) -> bool:
-        """Whether this is what is lost."""
+        """Whether `lost` states this loss."""
         return lost is not None and _near(self.lost, lost.earned)
 
     def counterparts(self, moment: Moment[Position], lab: GymWorld) -> Sequence[Claim]:
@@ -136,7 +138,7 @@ class Slower(_Blame):
     time = slot(in_actions, "lost")
 
     def tells(self, lost: Worth | None) -> bool:
-        """Whether so many actions are lost."""
+        """Whether `lost` states the actions lost."""
         return lost is not None and _near(self.lost, lost.length)
 
 
@@ -147,16 +149,16 @@ class _Tried(_Chosen):
     tried = True
 
     def applies(self, moment: Moment[Position], lab: GymWorld) -> bool:
-        """Whether actions differ at the start, and this is what the action loses."""
+        """Whether actions differ at the start, and `lost` is the action's loss."""
         lost = loss(self.action, moment.after, moment, lab)
         return lost is not None and (_near(self.lost, lost.earned) or lost.earned == self.lost == 0)
 
+    @override
     def good(self, moment: Moment[Position], lab: GymWorld) -> bool:
-        """By Bellman's equation."""
         return self.lost == 0
 
     def counterparts(self, moment: Moment[Position], lab: GymWorld) -> Sequence[Claim]:
-        """The opposite, with another number."""
+        """The opposite verdict, with another number."""
         return (self.opposing(lost=0.0 if self.lost else rounded(lab.model.spread)),)
 
 
@@ -188,8 +190,8 @@ class Choose(ActionClaim[Position, GymWorld]):
     action: int
     answer: str
 
+    @override
     def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
-        """By Bellman's equation."""
         return loss(self.action, moment.after, moment, lab) == NOTHING
 
     def counterparts(self, moment: Moment[Position], lab: GymWorld) -> Sequence[Claim]:
@@ -207,8 +209,8 @@ class Avoid(ActionClaim[Position, GymWorld]):
     answer: str
     lost: float
 
+    @override
     def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
-        """By Bellman's equation."""
         lost = loss(self.action, moment.after, moment, lab)
         return lost is not None and _near(self.lost, lost.earned)
 
@@ -224,8 +226,8 @@ class Dawdle(Avoid):
 
     time = slot(in_actions, "lost")
 
+    @override
     def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
-        """By Bellman's equation."""
         lost = loss(self.action, moment.after, moment, lab)
         return lost is not None and _near(self.lost, lost.length)
 
@@ -238,7 +240,7 @@ class Route(PlanClaim[Position, GymWorld]):
     listing: str
 
     def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
-        """Take the actions, and add up what they earn."""
+        """Take the actions and add their rewards."""
         start, earned = moment.after, 0.0
         lab.restore(start)
         for turn, action in enumerate(self.actions):
@@ -257,7 +259,7 @@ class Route(PlanClaim[Position, GymWorld]):
 
 
 def route(actions: Sequence[int], lab: GymWorld) -> Route:
-    """A claim of these actions."""
+    """A route of these actions."""
     return Route(actions=tuple(actions), listing=", ".join(answer_of(action, lab) for action in actions))
 
 
@@ -267,26 +269,26 @@ def answer_of(action: int, lab: GymWorld) -> str:
 
 
 def rounded(value: float) -> float:
-    """To three digits."""
+    """Round to three digits."""
     return float(f"{value:.{_DIGITS}g}")
 
 
 def used(truth: Position, moment: Moment[Position], values: Worths) -> int | None:
-    """Turns that were used up in a state of a moment: by actions, and by texts that were none.
+    """Turns used up in a state of a moment, by actions and by texts that did not parse.
 
-    None if the values are not known then: where rewards fade with each action, they are those of actions alone.
+    None if there were such texts and rewards fade with each action: then the values are not known.
     """
     unread = max(0, moment.turn - moment.after.turn)
     return None if unread and values.fades else truth.turn + unread
 
 
 def loss(action: int, truth: Position, moment: Moment[Position], lab: GymWorld) -> Worth | None:
-    """What an action loses against the best, by Bellman's equation; None if that, or what any loses, is too little.
+    """The loss of an action against the best one, by Bellman's equation; None if it, or every loss, is too small.
 
     Args:
         action: the action.
         truth: the state, the moment's `past` or `after`.
-        moment: tells how many turns are left.
+        moment: gives the number of turns that are left.
         lab: has the model.
     """
     values = lab.model.at(truth, lab)
@@ -299,7 +301,7 @@ def loss(action: int, truth: Position, moment: Moment[Position], lab: GymWorld) 
 
 
 def _near(said: float, lost: float) -> bool:
-    """Whether something is lost, and this is said of it to three digits."""
+    """Whether there is a loss, and `said` states it to three digits."""
     return lost > 0 and abs(said - lost) <= 0.51 * 10 ** (1 - _DIGITS) * lost
 
 

@@ -1,4 +1,4 @@
-"""Transitions by exploration: all states that can be reached, by copies of the environment."""
+"""Transitions by exploration: copies of the environment visit all reachable states."""
 
 from collections import deque
 from collections.abc import Callable, Hashable, Iterable
@@ -28,27 +28,27 @@ _CLOSE = 1e-9  # rewards that differ by less are equal
 
 
 class Start(NamedTuple):
-    """Where exploring begins."""
+    """The start of an exploration."""
 
     env: _Env
-    """An environment in a state of its own; it is not changed."""
+    """The environment in the first state; it is not changed."""
     state: State
     """Reads the key of an environment's state."""
     turn: int
-    """Number of actions before that state."""
+    """Number of actions before the first state."""
     share: Callable[[int], float]
-    """What is paid of a reward after so many actions."""
+    """The factor of a reward after so many actions."""
     limit: int
-    """Number of actions after which time is over; an environment that truncates an episode before ends it."""
+    """The time limit in actions; truncation before it counts as the end of the episode."""
     late: bool
-    """Whether states count, too, that are reached only after so many."""
+    """Whether states at the time limit count, too."""
 
 
 def _disagreement(start: Start, found: Transitions) -> str:
-    """What play gives that transitions do not say; empty: nothing.
+    """A contradiction between play and the transitions, in words; empty if none is found.
 
-    By walks at random of many lengths, each of which then goes the shortest way to a reward or an end: states are
-    reached late, and by many ways.
+    Random walks of many lengths each go on along a shortest path to a reward or an end, so that they reach states late
+    and by many paths.
     """
     env, state, turn, share, limit, _ = start
     rng, count, left = np.random.default_rng(0), action_count(env), _PLAYED
@@ -78,7 +78,7 @@ def _disagreement(start: Start, found: Transitions) -> str:
 
 
 class _Ways:
-    """The shortest ways to rewards and ends, which a walk at random seldom sees."""
+    """Shortest paths to rewards and ends, which random walks seldom reach."""
 
     def __init__(self, found: Transitions) -> None:
         self._found = found
@@ -96,7 +96,7 @@ class _Ways:
         self._known: dict[Hashable, dict[Hashable, int]] = {}
 
     def step(self, number: int, key: Hashable) -> int | None:
-        """The next action on the way to one of the goals; None if there is none."""
+        """The next action on the path to a goal; None if there is no path."""
         if not self.goals:
             return None
         place, last = self.goals[number]
@@ -113,17 +113,17 @@ class _Ways:
 
 
 def explore(start: Start, states: int, steps: int) -> Transitions:
-    """The transitions of all actions in all states that can be reached, breadth first.
+    """The transitions of all actions in all reachable states, breadth first.
 
-    Both bounds count what is done, not the time that it takes, so that the result does not depend on the machine.
+    Both bounds count work, not time, so that the result does not depend on the machine.
 
     Args:
-        start: where it begins.
-        states: the most states.
-        steps: the most steps of copies, each with its trials.
+        start: the start of the exploration.
+        states: most states.
+        steps: most steps of copies, trials included.
 
     Raises:
-        PlanningError: a bound is reached, chance decides what happens, or states of the same key differ.
+        PlanningError: a bound is reached, results are random, or states with the same key differ.
     """
     with ProgressBar("exploring", "states") as bar:
         return _explore(start, states, steps, bar)
@@ -200,7 +200,7 @@ def _explore(start: Start, states: int, steps: int, bar: ProgressBar) -> Transit
 
 
 def _said(transition: Transition) -> str:
-    """Where it leads, without the content of a large state."""
+    """The target of a transition, without the content of a large state."""
     where = "the end" if transition.state is None else f"state {transition.state}"
     return f"{where if len(where) < _SHOWN else 'a state'} for {transition.reward:g}"
 
@@ -213,9 +213,9 @@ def _alike(differs: str) -> PlanningError:
 
 
 def _step(env: _Env, action: int, state: State, share: float, early: bool) -> tuple[Transition, Hashable]:
-    """Take an action: its transition with the reward before it fades, and the key of the state after it.
+    """Take an action; return its transition, with the reward before fading, and the key of the next state.
 
-    Where it is early, not time has truncated an episode but the state.
+    If `early`, a truncation comes from the state and not from the time limit, and ends the episode.
     """
     _, reward, terminated, truncated, _ = stepped(env, action)
     after = state(env)
@@ -228,7 +228,11 @@ def _step(env: _Env, action: int, state: State, share: float, early: bool) -> tu
 def _check_certain(
     env: _Env, action: int, state: State, share: float, early: bool, transition: Transition, lucks: Iterable[int]
 ) -> None:
-    """Take an action again, each time with other random numbers."""
+    """Check that an action has the same result with other random numbers.
+
+    Raises:
+        PlanningError: results are random.
+    """
     for luck in lucks:
         other = copied(env)
         shake(other, luck)

@@ -1,4 +1,4 @@
-"""Transitions from an environment's own table, or from the rules that `teachers.planning.known` has."""
+"""Transitions from an environment's own table, or from the rules in `teachers.planning.known`."""
 
 import contextlib
 import warnings
@@ -26,11 +26,11 @@ _OF_TABLE = {"P", "s", "lastaction"}  # attributes that are no further part of t
 
 
 class UnlistedError(PlanningError):
-    """An environment has chances that its table lacks, so that no exploration serves either."""
+    """An environment has random results that its table lacks, so exploration does not serve either."""
 
 
 def state_number(env: _Env) -> int:
-    """The state of Gymnasium's toy texts, and of what has a table like theirs."""
+    """The state of Gymnasium's toy texts, and of other environments with such a table."""
     try:
         return int(env.unwrapped.s)  # type: ignore[attr-defined]  # of toy texts
     except AttributeError:
@@ -38,11 +38,11 @@ def state_number(env: _Env) -> int:
 
 
 class OfTable:
-    """Reads the state of an environment with a table; None in episodes with other rules than it was planned for.
+    """Reads the state of an environment with a table; None in episodes whose rules differ from the plan's.
 
     Args:
-        env: the environment, as it was planned for.
-        own: what is known of it.
+        env: the environment, with the rules of the plan.
+        own: the knowledge about it.
         state: reads the state.
     """
 
@@ -59,7 +59,7 @@ class OfTable:
         return lacks and lacks(env), options and options(env), time_limits(env)
 
     def begin(self, env: _Env) -> None:
-        """Compare table, options and time limits where an episode begins."""
+        """Compare table, options and time limits at the start of an episode."""
         self._env, self._bare = env, env.unwrapped
         self._table = getattr(self._bare, "P", None)
         same = False
@@ -74,7 +74,7 @@ class OfTable:
         self._same = same
 
     def __call__(self, env: _Env) -> Any:
-        """Read it."""
+        """Read the state."""
         if env is not self._env or getattr(self._bare, "P", None) is not self._table:
             self.begin(env)
         if not self._same:
@@ -89,15 +89,15 @@ class OfTable:
 
 
 def table_of(env: _Env, turns: int, whole: bool = False) -> tuple[Transitions, State, str]:
-    """The transitions in an environment's table, a function that reads its state, and where they are from, in words.
+    """The transitions in an environment's table, a function that reads its state, and the source in words.
 
     Args:
         env: the environment, which is reset and stepped.
         turns: most actions of an episode.
-        whole: whether the caller knows that nothing else than the table's state decides what happens.
+        whole: whether the caller knows that the table's state alone determines the future.
 
     Raises:
-        PlanningError: there is no table, it is not whole, or it does not say what happens.
+        PlanningError: there is no table, or it is incomplete or wrong.
     """
     own = known(env) or Known()
     if own.lacks is not None and (lack := own.lacks(env)):
@@ -158,10 +158,10 @@ def _check_whole(transitions: Transitions) -> None:
 
 
 def _try_all(env: _Env, transitions: Transitions, states: Sequence[int], turns: int, whole: bool) -> None:
-    """Set the environment to each state, and take each action: random play seldom sees a goal or a wrapper's bonus.
+    """Set the environment to each state and take each action: random play seldom sees a goal or a wrapper's bonus.
 
     Raises:
-        PlanningError: the table does not say what happens; or something else changes, which may decide it, too.
+        PlanningError: the table is wrong; or other attributes change, too, and may matter.
     """
     counts = counts_of(env)
     left_out = {*_OF_TABLE, *counts}
@@ -182,10 +182,10 @@ def _try_all(env: _Env, transitions: Transitions, states: Sequence[int], turns: 
 
 
 def _try_counts(env: _Env, transitions: Transitions, states: Sequence[int], turns: int, counts: Sequence[str]) -> None:
-    """Take each action in each state after each number of steps, those first that pay or end, within a bound.
+    """Take each action in each state after each number of steps, within a bound; rewards and ends come first.
 
     Raises:
-        PlanningError: the table does not say what happens.
+        PlanningError: the table is wrong.
     """
     everything = [(state, action) for state in states for action in range(len(transitions[state]))]
     left, rng = _COUNTED, np.random.default_rng(0)
@@ -201,15 +201,15 @@ def _try_counts(env: _Env, transitions: Transitions, states: Sequence[int], turn
 
 
 def _goals(transitions: Transitions, states: Sequence[int]) -> list[tuple[int, int]]:
-    """The states and actions after which there may be a reward or an end."""
+    """The states and actions that may give a reward or an end."""
     return [(s, a) for s in states for a, each in enumerate(transitions[s]) if any(r or t is None for _, t, r in each)]
 
 
 def _try_late(env: _Env, transitions: Transitions, states: Sequence[int], turns: int) -> None:
-    """Walk at random, for many numbers of steps, and then set the environment to where there is a reward or an end.
+    """Walk at random for various numbers of steps, then set the environment next to a reward or an end.
 
     Raises:
-        PlanningError: the table does not say what happens.
+        PlanningError: the table is wrong.
     """
     goals = _goals(transitions, states)
     rng, left = np.random.default_rng(0), _LATE if goals else 0
@@ -227,7 +227,7 @@ def _try_late(env: _Env, transitions: Transitions, states: Sequence[int], turns:
 
 
 def _reachable(env: _Env, transitions: Transitions) -> Sequence[Any]:
-    """The states in which an action can be taken, from the starts of some episodes on."""
+    """The non-terminal states that are reachable from the starts of some episodes."""
     starts: list[Any] = []
     for seed in range(_EPISODES):
         env.reset(seed=seed)
@@ -243,7 +243,7 @@ def _reachable(env: _Env, transitions: Transitions) -> Sequence[Any]:
 
 
 def _try_step(env: _Env, transitions: Transitions, state: int, action: int, counts: dict[str, int]) -> bool:
-    """Take an action in a state, and after so many; return whether the episode is over."""
+    """Take an action in a state, with these step counts; return whether the episode is over."""
     bare: Any = env.unwrapped
     bare.s = state
     for name, value in counts.items():
@@ -252,10 +252,10 @@ def _try_step(env: _Env, transitions: Transitions, state: int, action: int, coun
 
 
 def _check_parts(before: dict[str, Any], after: dict[str, Any]) -> None:
-    """See that nothing has changed.
+    """Check that no attribute has changed.
 
     Raises:
-        PlanningError: it has.
+        PlanningError: one has.
     """
     changed = [name for name in before.keys() | after.keys() if before.get(name) != after.get(name)]
     if changed:
@@ -266,10 +266,10 @@ def _check_parts(before: dict[str, Any], after: dict[str, Any]) -> None:
 
 
 def _try_out(env: _Env, transitions: Transitions, state: State, turns: int) -> None:
-    """Play at random, to see whether all that happens is in the table.
+    """Check by random play that the table has all that happens.
 
     Raises:
-        PlanningError: something is not, or the environment cuts episodes off.
+        PlanningError: it lacks something, or the environment truncates episodes early.
     """
     env.action_space.seed(0)
     for seed in range(_EPISODES):
@@ -286,10 +286,10 @@ def _try_out(env: _Env, transitions: Transitions, state: State, turns: int) -> N
 
 
 def _check_step(env: _Env, transitions: Transitions, state: State, action: int) -> tuple[bool, bool]:
-    """Take an action, and return whether it has ended the episode, and whether that was cut off.
+    """Take an action; return whether the episode has terminated, and whether it was truncated.
 
     Raises:
-        PlanningError: what it did is not in the table.
+        PlanningError: the table lacks the result.
     """
     before = state(env)
     _, reward, terminated, truncated, _ = stepped(env, action)

@@ -19,7 +19,7 @@ _SOONER = 1e-6  # actions: lengths that differ by less are equal
 
 
 class Worth(NamedTuple):
-    """What can be expected after an action, if the best ones follow."""
+    """The expected result of an action, if best actions follow."""
 
     earned: float
     """The sum of rewards."""
@@ -29,21 +29,21 @@ class Worth(NamedTuple):
 
 NOTHING = Worth(0.0, 0.0)
 Lost = tuple[tuple[float, float] | None, ...]
-"""The `Worth` that each action loses, in bare tuples; None for those that lose too little for a word."""
+"""The `Worth` that each action loses, as plain tuples; None for losses too small to mention."""
 
 
 class Worths:
-    """What each action is worth in each state: the greatest sum of rewards, and the fewest actions for it.
+    """The value of each action in each state: the greatest sum of rewards, and the fewest actions for it.
 
-    By backward induction over the actions that are left, or, with a discount, by value iteration until nothing changes
-    (Puterman 1994, Markov Decision Processes, sections 4.5 and 6.3).
+    Computed by backward induction over the actions that are left or, with a discount, by value iteration until nothing
+    changes (Puterman 1994, Markov Decision Processes, sections 4.5 and 6.3).
 
     Args:
         transitions: the environment's transitions; each state has the same number of actions.
         horizon: most actions of an episode; the sum counts no reward after these. None with `gamma`.
         gamma: discount for each action, below 1, without a horizon. None: rewards count alike.
-        fading: by what a reward of the transitions is multiplied that is paid after so many actions, where an
-            environment pays less with time; only with a horizon. None: by 1.
+        fading: the factor of a reward after so many actions, for environments that pay less with time; only with a
+            horizon. None: 1.
     """
 
     def __init__(
@@ -64,13 +64,13 @@ class Worths:
         self.spread = float(max((earned.max(axis=1) - earned.min(axis=1)).max() for earned in self._earned))
         """The greatest difference between the sums of two actions in any state."""
         self.margin = _SILENT * self.spread
-        """Of smaller differences of sums, but for those by rounding, nothing is said."""
+        """The smallest difference of sums that claims mention."""
         self.price = 0.0 if horizon is None else (self.margin or 1.0) / (2 * horizon)
-        """What an action costs in `ranked`, so that time decides between equal sums."""
+        """The price of an action in `ranked`, so that time breaks ties."""
         self._listed: dict[tuple[int, int], tuple[Worth, ...]] = {}
 
     def _arrays(self) -> tuple[list[Any], _Floats]:
-        """Per action the chances of the next states, and per state and action the expected reward."""
+        """The probabilities of next states by action, and the expected rewards by state and action."""
         count = len(self._index)
         paid = np.zeros((count, self.actions))
         moves = []
@@ -87,7 +87,7 @@ class Worths:
         return moves, paid
 
     def _solve(self, moves: list[Any], paid: _Floats) -> tuple[list[_Floats], list[_Floats]]:
-        """Sums and lengths with one action left, two, and so on, until they change no more."""
+        """Sums and lengths with one action left, two, and so on, until they no longer change."""
         if self.gamma is not None:
             return [self._discounted(moves, paid, self.gamma)], [np.zeros_like(paid)]
         sums: list[_Floats] = []
@@ -119,11 +119,11 @@ class Worths:
         return self._fading is not None
 
     def share(self, turn: int) -> float:
-        """What is left of a reward after so many actions."""
+        """The factor of a reward after so many actions."""
         return 1.0 if self._fading is None else self._fading(turn)
 
     def worths(self, state: Hashable, turn: int) -> tuple[Worth, ...]:
-        """What each action is worth in a state after `turn` actions; zeros if no action is left or none is known."""
+        """The value of each action in a state after `turn` actions; zeros if no action is left or none is known."""
         at = self.stage(turn)
         if at < 0 or state not in self._index:
             return (Worth(0.0, 0.0),) * self.actions
@@ -144,7 +144,7 @@ class Worths:
         return max(self.horizon - turn, 0) - 1
 
     def compared(self, state: Hashable, turn: int) -> tuple[Lost, list[float]]:
-        """What is lost, as in `all_lost`, and `ranked` of `worths`, which are not made: most turns need no more."""
+        """`all_lost` and `ranked` of a state, without making its `worths`: most turns need no more."""
         at = self.stage(turn)
         if at < 0 or state not in self._index:
             return ((0.0, 0.0),) * self.actions, [0.0] * self.actions
@@ -158,7 +158,7 @@ class Worths:
         )
 
     def expected(self, state: Hashable, turn: int) -> tuple[Worth, ...]:
-        """The same by Bellman's equation for this one state, from the worths of the states that may follow."""
+        """`worths` by Bellman's equation for this one state, from the values of the next states."""
         if self.stage(turn) < 0 or state not in self._index:
             return (Worth(0.0, 0.0),) * self.actions
         share, discount, found = self.share(turn), 1.0 if self.gamma is None else self.gamma, []
@@ -182,12 +182,12 @@ class Worths:
         return bool(abs(one - other) <= self._equal)
 
     def ranked(self, worths: tuple[Worth, ...]) -> tuple[float, ...]:
-        """One number for each action: its sum, less a price of time that decides between equal sums."""
+        """One number for each action: its sum minus a small price of time that breaks ties."""
         price = self.price
         return tuple([earned - price * length for earned, length in worths])
 
     def exactly(self, worths: tuple[Worth, ...]) -> tuple[tuple[bool, float], ...]:
-        """A rank for each action, in which time decides between equal sums only: the best sums, the shortest first."""
+        """A rank for each action: by its sum, and among equal sums by its length, the shortest first."""
         best = self.best(worths)
         return tuple((self.equals(worth.earned, best.earned), -worth.length) for worth in worths)
 
@@ -199,9 +199,9 @@ class Worths:
         return (0.0, 0.0)
 
     def all_lost(self, worths: tuple[Worth, ...]) -> list[Worth | None]:
-        """How much less than the best each action earns, or how much later it earns as much; zeros for a best one.
+        """How much less than the best each action earns, or how much later it earns as much; zeros for a best action.
 
-        None for one that is not, but loses too little for a word.
+        None for an action that is not best but loses too little to mention.
         """
         best = self.best(worths)
         lost = [self._lost(best.earned - earned, length - best.length) for earned, length in worths]
@@ -209,5 +209,5 @@ class Worths:
 
     @property
     def certain(self) -> bool:
-        """Whether nothing is left to chance."""
+        """Whether all transitions are deterministic."""
         return all(len(transitions) <= 1 for row in self.transitions.values() for transitions in row)

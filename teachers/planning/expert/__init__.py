@@ -1,4 +1,4 @@
-"""The expert tier: somebody knows what to do, and roll-outs measure what other actions lose against that."""
+"""The expert tier: a policy knows what to do, and roll-outs measure what other actions lose against it."""
 
 import warnings
 from collections import Counter
@@ -46,21 +46,21 @@ _FEWEST = 8  # pairs of roll-outs, where something is left to chance
 class Expert(Planner):
     """Asks an expert, and follows it in roll-outs.
 
-    What the expert does is called neither best nor good. What an action gains or loses against that is measured, by
-    roll-outs from that very state in copies of the environment (or replays) with draws of their own: the draws to come
-    are not known to the teacher. Two actions are compared with the same draws.
+    The teacher does not call the expert's actions best or good. It measures what an action gains or loses against them
+    by roll-outs from the same state, in copies of the environment (or replays) with draws of their own, since the
+    teacher must not know future draws. A comparison of two actions uses the same draws for both.
 
     Args:
         policy: a function `(observation, info) -> action`, or a model of Stable-Baselines3; it must be deterministic,
-            and have no memory. None: `teachers.planning.known` has an expert for the environment.
-        rollouts: pairs of roll-outs for each comparison, at least 8; 1 is enough where nothing was found to be left to
-            chance, and nothing is drawn in either roll-out.
-        horizon: most actions of a roll-out. None: 100, or another number where the environment is known, or as many as
-            an episode has if that is less.
-        tolerance: by how much a real number of an action may differ from that of the expert, in units of the action.
-            None: 0.05, or a fortieth of the smallest range of such a number, if that is less.
-        margin: of smaller differences of the sum of rewards nothing is said.
-        others: actions that are tried by roll-outs in each state, in search of a worse one than the expert's.
+            and have no memory. None: the expert of `teachers.planning.known`.
+        rollouts: pairs of roll-outs for each comparison, at least 8; one pair suffices if the environment seems
+            deterministic and neither roll-out draws random numbers.
+        horizon: most actions of a roll-out. None: 100, or the number in `teachers.planning.known`; at most the length
+            of an episode.
+        tolerance: largest difference between a real number of an action and the expert's, in units of the action, that
+            counts as equal. None: 0.05, or a fortieth of the smallest range of such a number, if that is less.
+        margin: smallest difference of the sums of rewards to speak about.
+        others: number of actions that roll-outs try in each state, in search of a worse one than the expert's.
     """
 
     policy: Any = None
@@ -85,7 +85,7 @@ class Expert(Planner):
                 raise ValueError(f"{name} must be a positive number, got {value!r}")
 
     def plan(self, env: _Env, turns: int, success: Callable[..., Any] | None = None) -> Planned:
-        """Try the expert, and find out whether anything is left to chance."""
+        """Try the expert, and test whether the environment is deterministic."""
         check_steps(env)
         listed = known(env)
         own = listed or Known()
@@ -132,7 +132,7 @@ class Expert(Planner):
 
 
 def _ranges(space: spaces.Space[Any]) -> Iterator[float]:
-    """How far each real number of an action ranges, where that is bounded and more than 0."""
+    """The widths of the ranges of an action's real numbers that are bounded and not 0."""
     if isinstance(space, spaces.Box) and space.dtype.kind == "f":
         found = space.high.astype(float) - space.low.astype(float)
         yield from found[(found > 0) & np.isfinite(found)].tolist()
@@ -149,11 +149,11 @@ def _parts(space: spaces.Space[Any]) -> Iterable[spaces.Space[Any]]:
 
 
 class ExpertWarning(UserWarning):
-    """The teacher leaves something out in a turn: the expert gave no answer, or could not be followed."""
+    """The teacher omits a claim in a turn: the expert gave no answer, or could not be followed."""
 
 
 class ExpertOracle(Oracle[Position, GymWorld]):
-    """Says what an expert would do, and what roll-outs measured of other actions. It has no values."""
+    """Says what an expert would do, and what roll-outs measured for other actions. It has no values."""
 
     tier = "expert"
     instruction_types: ClassVar[tuple[str, ...]] = ("b",)
@@ -161,11 +161,11 @@ class ExpertOracle(Oracle[Position, GymWorld]):
     def __init__(self, scratch: Callable[[], GymWorld]) -> None:
         super().__init__(scratch)
         self.silences: Counter[str] = Counter()
-        """How often praise or blame, advice or a warning was left out, by the reason."""
+        """How often a claim was omitted, by the reason."""
 
     @property
     def guide(self) -> Guide:
-        """What is known."""
+        """The knowledge about the environment."""
         guide: Guide = self.lab.model
         return guide
 
@@ -189,7 +189,7 @@ class ExpertOracle(Oracle[Position, GymWorld]):
     def _unless_silent(
         self, what: str, moment: Moment[Position], find: Callable[..., Claim | None], *of: Any
     ) -> Claim | None:
-        """What is found; None, with a warning, if the expert cannot be asked or followed."""
+        """The result of `find`; None, with a warning, if the expert cannot be asked or followed."""
         try:
             return find(*of)
         except ExpertError as error:
@@ -205,7 +205,7 @@ class ExpertOracle(Oracle[Position, GymWorld]):
         return Would(action=action, answer=answer_of(action, self.lab))
 
     def _worse(self, truth: Position, own: Any) -> tuple[Any, Lead] | None:
-        """An action after which less is earned than after the expert's, with its lead; None if none is found."""
+        """An action that earns less than the expert's, with the difference; None if none is found."""
         for action in self.guide.candidates(truth, self.lab, own, self.guide.others):
             lead = self.guide.measure(truth, self.lab, action, own)
             if lead is not None and lead.more < 0:
@@ -235,7 +235,7 @@ class ExpertOracle(Oracle[Position, GymWorld]):
 
 
 class CertainExpertOracle(ExpertOracle):
-    """The same where nothing is left to chance: it can show the expert's whole way."""
+    """The oracle for deterministic environments; it can also demonstrate a whole episode of the expert."""
 
     instruction_types = ("b", "c")
 

@@ -1,4 +1,4 @@
-"""Experts: what counts as one, and how it is asked without disturbing what is played."""
+"""Experts: their interface, and how to ask them without disturbing the episode."""
 
 import contextlib
 import copy
@@ -13,11 +13,11 @@ from worlds.wrapped.position import still
 
 _Env = gymnasium.Env[Any, Any]
 Policy = Callable[[Any, Mapping[str, Any]], Any]
-"""Takes an observation and an info, and gives an action; one with a method `took` is told each action that is taken."""
+"""Takes an observation and an info and returns an action; its method `took`, if any, gets every action."""
 
 
 class ExpertError(RuntimeError):
-    """Raised where an expert gives no answer that can be passed on; it says why."""
+    """An expert gives no usable answer; the message says why."""
 
 
 def policy_of(given: Any) -> Policy:
@@ -52,24 +52,24 @@ class _Model:
 
 
 class Same:
-    """Gives one policy for every environment."""
+    """Returns the same policy for every environment."""
 
     def __init__(self, policy: Policy) -> None:
         self._policy = policy
 
     def __call__(self, env: _Env) -> Policy:
-        """The policy."""
+        """Return the policy."""
         return self._policy
 
 
 class Watched:
-    """An environment of its own, and the expert that watches it from its reset on.
+    """An environment of its own, and the expert that has watched it since its reset.
 
     Args:
-        env: the environment, which was reset.
+        env: the environment, after its reset.
         policy: the expert.
-        observation, info: what `reset` gave.
-        bound: whether the policy belongs to this environment, so that both are copied together.
+        observation, info: the results of `reset`.
+        bound: whether the policy belongs to this environment; then both are copied together.
     """
 
     def __init__(self, env: _Env, policy: Policy, observation: Any, info: Mapping[str, Any], bound: bool) -> None:
@@ -91,15 +91,15 @@ class Watched:
         return cls(env, policy, observation, info, not isinstance(make, Same))
 
     def copy(self) -> Self:
-        """Another one, which goes on like this one."""
+        """A copy that continues like this one."""
         env, policy = copy.deepcopy((self.env, self.policy)) if self._bound else (copy.deepcopy(self.env), self.policy)
         return type(self)(env, policy, still(self.observation), self.info, self._bound)
 
     def ask(self) -> Any:
-        """What the expert would do now, in canonical form.
+        """The expert's action now, in canonical form.
 
         Raises:
-            ExpertError: the expert raises, or gives what is no action.
+            ExpertError: the expert raises, or returns no legal action.
         """
         try:
             given = self.policy(still(self.observation), self.info)
@@ -114,7 +114,7 @@ class Watched:
             raise ExpertError(f"the expert gave {got}, which is no action; allowed: {syntax(space)}") from None
 
     def step(self, action: Any) -> tuple[float, bool]:
-        """Take an action in canonical form: the reward, and whether the episode is over.
+        """Take an action in canonical form; return the reward, and whether the episode is over.
 
         Raises:
             ExpertError: the environment raises, or its reward is no number.

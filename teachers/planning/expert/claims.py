@@ -1,4 +1,4 @@
-"""What the oracle of the expert tier says; it is checked by asking the expert anew, and by other roll-outs."""
+"""The claims of the expert tier; checks ask a new expert and use other roll-outs."""
 
 import json
 from collections.abc import Sequence
@@ -26,13 +26,13 @@ class Guided(Claim[Position, GymWorld]):
     horizon: int
 
     def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
-        """Compare with what roll-outs do."""
+        """Compare with the horizon of the roll-outs."""
         return bool(lab.model.horizon == self.horizon)
 
 
 @claim
 class _Compared(ActionClaim[Position, GymWorld]):
-    """Base of what roll-outs measured after an action."""
+    """Base of claims about roll-outs after an action."""
 
     action_slot = "answer"
     relative = True
@@ -40,9 +40,9 @@ class _Compared(ActionClaim[Position, GymWorld]):
     answer: str
     """The action as a student writes it."""
     amount: float
-    """By how much the sums of rewards differ: the median of all pairs of roll-outs, to three digits."""
+    """Difference of the sums of rewards: the median of all pairs of roll-outs, to three digits."""
     rollouts: int
-    """Number of pairs of roll-outs, each with the same draws; 1 where nothing was drawn in them."""
+    """Number of pairs of roll-outs, each pair with equal draws; 1 if they drew nothing."""
     horizon: int
     """Most actions of a roll-out."""
 
@@ -53,16 +53,16 @@ class _Compared(ActionClaim[Position, GymWorld]):
         return f"{number} of at most {self.horizon} action{'s' * (self.horizon != 1)} after each"
 
     def rests(self, guide: Guide) -> bool:
-        """Whether these are the roll-outs that there are."""
+        """Whether number and horizon of the roll-outs are the guide's."""
         return self.rollouts in (1, guide.rollouts) and self.horizon == guide.horizon
 
 
 @claim
 class _Own(_Compared, Verdict[Position, GymWorld]):
-    """An action compared with that of the expert, who would have taken another one there."""
+    """Base of comparisons of the student's action with the different action of the expert."""
 
     def applies(self, moment: Moment[Position], lab: GymWorld) -> bool:
-        """Whether this was the action, and roll-outs are as many."""
+        """Whether this was the action, and the roll-outs are the guide's."""
         return moment.before is not None and moment.action == self.action and self.rests(lab.model)
 
     def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
@@ -70,7 +70,7 @@ class _Own(_Compared, Verdict[Position, GymWorld]):
         return self.applies(moment, lab) and _differs(self, moment.past, lab)
 
     def counterparts(self, moment: Moment[Position], lab: GymWorld) -> Sequence[Claim]:
-        """The opposite, and another amount."""
+        """The opposite comparison, and another amount."""
         return self.opposing(), replace(self, amount=self.amount * _TIMES)
 
 
@@ -204,12 +204,12 @@ class Demonstration(PlanClaim[Position, GymWorld]):
 
 
 def shown(actions: Sequence[Any], lab: GymWorld) -> Demonstration:
-    """A claim of these actions."""
+    """A demonstration of these actions."""
     return Demonstration(actions=tuple(actions), listing=", ".join(answer_of(action, lab) for action in actions))
 
 
 def is_real(action: Any) -> bool:
-    """Whether an action has real numbers, of which an expert's may be said only to within a tolerance."""
+    """Whether an action has real numbers; claims state an expert's only to within a tolerance."""
     return any(map(is_real, action)) if isinstance(action, tuple) else isinstance(action, float)
 
 
@@ -221,7 +221,7 @@ def answer_of(action: Any, lab: GymWorld) -> str:
 
 
 def _plain(action: Any, space: spaces.Space[Any]) -> Any:
-    """An action in JSON's types; a number of 32 bits is as short as it may be to be read again."""
+    """An action in JSON types; a 32-bit float gets the fewest digits that read back equal."""
     if isinstance(space, spaces.Dict):
         return {key: _plain(item, space[key]) for key, item in action}
     if isinstance(space, spaces.Tuple):
@@ -233,7 +233,7 @@ def _plain(action: Any, space: spaces.Space[Any]) -> Any:
 
 
 def _asked(truth: Position, lab: GymWorld) -> Any:
-    """What the expert, asked anew, would do; None if it gives no answer."""
+    """The action of the expert, asked anew; None if it gives no answer."""
     try:
         return lab.model.action(truth, lab, anew=True)
     except ExpertError:
@@ -241,7 +241,7 @@ def _asked(truth: Position, lab: GymWorld) -> Any:
 
 
 def _differs(said: _Compared, truth: Position, lab: GymWorld) -> bool:
-    """Whether the action earns so much more (hp) or less than another one that the expert, asked anew, takes."""
+    """Whether the action earns so much more (hp) or less (hn) than the different action of the expert, asked anew."""
     own = _asked(truth, lab)
     if own is None or lab.model.alike(own, said.action):
         return False
@@ -250,5 +250,5 @@ def _differs(said: _Compared, truth: Position, lab: GymWorld) -> bool:
 
 
 def _others(said: ActionClaim[Position, GymWorld], moment: Moment[Position], lab: GymWorld) -> list[Any]:
-    """Other actions than that of a claim."""
+    """Actions other than the claim's."""
     return list(lab.model.candidates(moment.after, lab, said.action, _OTHERS))

@@ -1,4 +1,4 @@
-"""What the expert tier knows of an environment: what the expert would do, and what roll-outs measure."""
+"""The expert tier's knowledge of an environment: the expert's actions, and roll-outs."""
 
 import copy
 from collections.abc import Callable, Iterator
@@ -23,29 +23,29 @@ _ASKED = 8  # times in each state
 
 
 class Lead(NamedTuple):
-    """How much more is earned after one action than after another."""
+    """How much more one action earns than another."""
 
     more: float
     """To three digits, in units of reward."""
     rollouts: int
-    """Number of pairs of roll-outs that were compared; 1 if nothing was drawn in them."""
+    """Number of compared pairs of roll-outs; 1 if they drew nothing."""
 
 
 class Guide:
     """An expert, asked and followed in environments of its own.
 
-    A roll-out begins in a given state with draws of its own, takes an action and then follows the expert; what it earns
-    is the sum of rewards. Two actions are compared by `rollouts` pairs of roll-outs, each pair with the same draws; by
-    one where nothing was found to be left to chance, and nothing is drawn in either roll-out.
+    A roll-out begins in a given state with draws of its own, takes an action and then follows the expert; it earns the
+    sum of rewards. Comparing two actions takes `rollouts` pairs of roll-outs, each pair with equal draws; one pair
+    suffices if the environment seems deterministic and neither roll-out draws random numbers.
 
     Args:
-        make: gives the expert of an environment that was reset.
+        make: makes the expert of an environment after its reset.
         rollouts: number of pairs.
-        certain: whether nothing was found to be left to chance.
+        certain: whether the environment seems deterministic.
         horizon: most actions of a roll-out.
-        tolerance: by how much a number of an action may differ from another one that is the same to the expert.
-        margin: differences of earnings below this are none.
-        others: number of actions that are compared with the expert's in search of a worse one.
+        tolerance: largest difference between numbers of actions that counts as equal.
+        margin: smallest difference of earnings that counts.
+        others: number of actions to compare with the expert's, in search of a worse one.
     """
 
     def __init__(
@@ -70,15 +70,16 @@ class Guide:
         return self.__dict__ | {"_env": None, "_scenes": {}, "_earned": {}}
 
     def action(self, truth: Position, lab: GymWorld, anew: bool = False) -> Any:
-        """What the expert would do, as it is; `said` rounds it.
+        """The expert's exact action; `said` rounds it.
 
         Args:
             truth: the state.
             lab: a world like the taught one.
-            anew: to ask an expert that has watched the whole episode anew, for checks.
+            anew: whether to ask a new expert that has watched a replay of the episode, for checks.
 
         Raises:
-            ExpertError: it gives no answer, or, asked eight times (twice, if it belongs to the environment), two.
+            ExpertError: it gives no answer, or different answers when asked eight times (twice, if it belongs to the
+                environment).
         """
         fresh = self._source(truth, lab, anew)
         scene = fresh()
@@ -93,14 +94,14 @@ class Guide:
         return first
 
     def said(self, action: Any, lab: GymWorld) -> Any:
-        """An action with numbers that are rounded within the tolerance."""
+        """An action with numbers rounded within the tolerance."""
         try:
             return lab.legal(_rounded(action, max(0, int(np.ceil(-np.log10(self.tolerance))))))
         except ValueError:  # rounded out of bounds
             return action
 
     def alike(self, one: Any, other: Any) -> bool:
-        """Whether two actions are the same but for the tolerance."""
+        """Whether two actions are equal to within the tolerance."""
         if isinstance(one, float) and isinstance(other, float):
             return abs(one - other) <= self.tolerance
         if isinstance(one, tuple) and isinstance(other, tuple):
@@ -108,7 +109,7 @@ class Guide:
         return bool(one == other)
 
     def candidates(self, truth: Position, lab: GymWorld, action: Any, count: int) -> list[Any]:
-        """At most so many actions other than this one, drawn for each state."""
+        """At most `count` other actions, drawn for each state."""
         rng = np.random.default_rng([truth.seed, truth.turn, 2])
         space = lab.action_space
         if isinstance(space, gymnasium.spaces.Discrete):
@@ -118,7 +119,7 @@ class Guide:
         return [each for each in drawn if not self.alike(each, action)][:count]
 
     def check(self, truth: Position, lab: GymWorld) -> None:
-        """Go to a state, to see whether roll-outs can begin in it.
+        """Check that roll-outs can begin in a state.
 
         Raises:
             ExpertError: they cannot.
@@ -126,10 +127,9 @@ class Guide:
         self._source(truth, lab, anew=False)()
 
     def measure(self, truth: Position, lab: GymWorld, one: Any, other: Any) -> Lead | None:
-        """How much more is earned after one action than after another.
+        """How much more one action earns than another: the median over all pairs of roll-outs.
 
-        None where that is not clear: unless all pairs of roll-outs agree on the sign, and on the amount within a
-        factor of four. Of these the median counts.
+        None unless all pairs agree on the sign, and on the amount within a factor of four.
 
         Raises:
             ExpertError: the expert cannot be followed.
@@ -145,10 +145,10 @@ class Guide:
         return Lead(float(f"{median(found):.{_DIGITS}g}"), len(found))
 
     def confirms(self, lead: Lead, truth: Position, lab: GymWorld, one: Any, other: Any) -> bool:
-        """Whether as many roll-outs with other draws earn so much more after one action than after another.
+        """Whether the same number of roll-outs with other draws confirms how much more one action earns than another.
 
-        Their median has to have the sign of the amount and its size within a factor of four; where nothing is drawn, it
-        has to be the amount.
+        Their median must have the sign of the amount, and its size within a factor of four; without random draws it
+        must equal the amount.
         """
         try:
             differences = list(self._differences(truth, lab, one, other, anew=True))
@@ -164,7 +164,7 @@ class Guide:
     def demonstrate(self, truth: Position, lab: GymWorld, n: int, anew: bool = False) -> tuple[Any, ...]:
         """At most `n` actions of the expert from a state on, until the episode is over; `anew` is as in `action`.
 
-        Where something is drawn, those that `rollouts` roll-outs with draws of their own have in common.
+        If roll-outs draw random numbers: the common beginning of `rollouts` of them, with different draws.
 
         Raises:
             ExpertError: it gives no answer.
@@ -187,7 +187,7 @@ class Guide:
         return tuple(first[:common])
 
     def _differences(self, truth: Position, lab: GymWorld, one: Any, other: Any, anew: bool) -> Iterator[float]:
-        """What is earned after one action less what is earned after another, pair by pair."""
+        """The earnings of one action minus those of another, pair by pair."""
         known = _remembered(self._earned, (truth.episode, truth.turn, anew), dict)
         fresh: Callable[[], Watched] | None = None
         for number in range(self.rollouts):
@@ -202,7 +202,7 @@ class Guide:
                 return
 
     def _earn(self, scene: Watched, action: Any, seed: tuple[int, ...]) -> tuple[float, bool]:
-        """What a roll-out earns, and whether anything was drawn in it."""
+        """The earnings of a roll-out, and whether it drew random numbers."""
         reseed(scene.env, *seed)
         before = draws(scene.env)
         earned, over = scene.step(action)
@@ -214,7 +214,7 @@ class Guide:
         return earned, draws(scene.env) != before
 
     def _source(self, truth: Position, lab: GymWorld, anew: bool) -> Callable[[], Watched]:
-        """Gives scenes of a state, of which one is used at a time: copies, or replays where copies are not faithful."""
+        """Makes scenes of a state, one in use at a time: copies, or replays if copies are not faithful."""
         if truth.episode.anchor is None:
             return partial(self._replayed, truth, lab)
         if anew:
@@ -223,7 +223,7 @@ class Guide:
         return here.copy
 
     def _arrived(self, truth: Position, lab: GymWorld) -> Watched:
-        """The scene of a state, from that of the state before if it is there."""
+        """The scene of a state, made from the scene one action earlier if that is cached."""
         before = self._scenes.get((truth.episode, truth.turn - 1))
         if before is None:
             return self._replayed(truth, lab)
@@ -233,10 +233,10 @@ class Guide:
         return self._checked(scene, truth, lab)
 
     def _replayed(self, truth: Position, lab: GymWorld) -> Watched:
-        """The scene of a state, from the start of the very episode and the actions since.
+        """The scene of a state, by a replay of the episode's actions.
 
         Raises:
-            ExpertError: it is another state, so that nothing can be said of this one.
+            ExpertError: the replay leads to another state.
         """
         episode = truth.episode
         if episode.anchor is None:
@@ -257,10 +257,10 @@ class Guide:
         return self._checked(scene, truth, lab)
 
     def _checked(self, scene: Watched, truth: Position, lab: GymWorld) -> Watched:
-        """The scene, if it is what the episode came to: what the student saw, and now also what it does not see.
+        """The scene, if its observation is the episode's, and for the present state its hidden parts, too.
 
         Raises:
-            ExpertError: it is something else.
+            ExpertError: they differ.
         """
         episode = truth.episode
         if episode.live is not None and truth.turn == len(episode.actions):
@@ -271,7 +271,11 @@ class Guide:
 
 
 def _check_parts(env: _Env, wanted: dict[str, Any]) -> None:
-    """Compare what an environment holds."""
+    """Compare the parts of an environment's state.
+
+    Raises:
+        ExpertError: they differ.
+    """
     parts = plain_parts(env)
     differ = [name for name, part in wanted.items() if name not in parts or not same(part, parts[name])]
     if differ:
@@ -279,7 +283,7 @@ def _check_parts(env: _Env, wanted: dict[str, Any]) -> None:
 
 
 def _remembered(kept: dict[Any, Any], key: Any, make: Callable[[], Any]) -> Any:
-    """What is kept by a key, made if it is not there; the oldest go."""
+    """The cached value of a key, made if missing; the oldest entries are dropped."""
     if key not in kept:
         made = make()
         while len(kept) >= _KEPT:

@@ -26,17 +26,17 @@ class _Seen(NamedTuple):
     """What happened in a step of a trial."""
 
     asked: Any
-    """What the expert said; None if it gave no answer."""
+    """The expert's answer; None if it gave none."""
     before: Any
-    """The observation before it."""
+    """The observation before the step."""
     after: Any
 
 
 def try_out(env: _Env, make: Callable[[_Env], Policy]) -> bool:
-    """Play some steps, half of them by the expert; return whether other draws changed anything.
+    """Play some steps, half of them by the expert; return whether other random draws changed anything.
 
     Raises:
-        PlanningError: the expert gives no answer, or two in one state; or the environment cannot be repeated.
+        PlanningError: the expert gives no answer, or two in one state; or a replay of the environment differs.
     """
     until = time.process_time() + _SECONDS
     shared = shared_draws()
@@ -78,7 +78,7 @@ def _unlike(env: _Env) -> PlanningError:
 
 
 def _play(env: _Env, make: Callable[[_Env], Policy], seed: int, draws: int, until: float) -> Iterator[_Seen]:
-    """An episode with a seed of its own for its draws after the reset."""
+    """Play an episode; `draws` seeds the random draws after the reset."""
     observation, info = env.reset(seed=seed)
     try:
         scene = Watched.begin(env, make, observation, info)

@@ -1,6 +1,6 @@
-"""What is known of single environments: words, rules that they do not state as a table, and experts.
+"""Knowledge about single environments: words, transition rules, and experts.
 
-One module for each, with what it knows as `KNOWN`.
+Each has a module with its knowledge in `KNOWN`.
 """
 
 import enum
@@ -34,44 +34,44 @@ _HARMLESS = frozenset({"close", "metadata", "render"})  # what subclasses may ov
 
 @dataclass(frozen=True)
 class Known:
-    """What a module knows of its environment."""
+    """What a module knows about its environment."""
 
     action_words: Mapping[str, Any] = field(default_factory=dict)
     describe: Callable[[Any], str] | None = None
     """An observation in words."""
     table: Callable[[_Env], tuple[Transitions, State, str]] | None = None
-    """All transitions, a reader of the state, and the source in words; None: none, or the environment has its own."""
+    """Returns all transitions, a reader of the state, and the source in words; None without rules."""
     state: State | None = None
-    """All that decides what happens but time, to explore an environment without a table."""
+    """Reads all that determines the future except time, to explore an environment without a table."""
     fading: Callable[[_Env], Callable[[int], float]] | None = None
-    """By what a reward is multiplied after so many actions; None: by 1."""
+    """Makes the factor of a reward by the number of earlier actions; None: rewards do not fade."""
     expert: Callable[[_Env], Callable[[Any, Mapping[str, Any]], Any]] | None = None
-    """Makes an expert for an environment that was reset: a function of observation and info that returns an action. It
-    is copied together with the environment. One that keeps track of the episode has a method `took`, which gets each
-    action that is taken, and is asked in every state. None: no expert is known.
+    """Makes an expert for an environment after its reset: a function of observation and info that returns an action.
+    It is copied together with the environment. An expert that tracks the episode has a method `took`; this gets every
+    action, and the expert is asked in every state. None: no expert is known.
     """
     horizon: int = 100
-    """Most actions of a roll-out that are worth their time."""
+    """Most actions of a roll-out."""
     hides: bool | None = False
-    """Whether the student does not see all of the state; None: that is not known."""
+    """Whether the state has parts that the student does not see; None: unknown."""
     free: frozenset[str] = frozenset()
-    """What subclasses may override without another rule, such as a method that draws a start."""
+    """Attributes that subclasses may override without changing the rules, such as a method that draws a start."""
     lacks: Callable[[_Env], str] | None = None
-    """What the environment's own table of transitions lacks with its options, in words; empty: nothing."""
+    """Says what the environment's own table lacks with its options, in words; empty if the table is complete."""
     options: Callable[[_Env], Hashable] | None = None
-    """What a table depends on, and may be changed after it was made; None: nothing."""
+    """Reads the options that a table depends on and that may change after it was made; None: there are none."""
     success: Callable[..., Any] | None = None
     """Whether a step has solved the task; see `worlds.wrapped.gym_world.GymWorld`."""
     unlike: str = ""
-    """Why rules that are known of a base of the environment's class are not used; empty: they are."""
+    """Why the rules of a base class of the environment do not apply; empty if they do."""
 
 
 def known(env: _Env) -> Known | None:
-    """What is known of an environment, by its class or a base of it; None if it is nothing.
+    """The knowledge about an environment, by its class or a base class; None if there is none.
 
-    Of a subclass of another package that overrides rules, of an environment with methods of its own, and behind a
-    wrapper that may change them, only words and experts are; behind one that may change actions or
-    observations, neither words of observations nor experts.
+    Rules are left out for a subclass from another package that overrides them, for an environment with patched methods,
+    and behind a wrapper that may change them. Behind a wrapper that may change actions or observations, experts and
+    words for observations are left out.
     """
     for cls in type(env.unwrapped).__mro__:
         if name := _MODULES.get(f"{cls.__module__}:{cls.__qualname__}"):
@@ -91,7 +91,7 @@ def _without_rules(found: Known) -> Known:
 
 
 def _other_rules(bare: _Env, base: type, free: frozenset[str]) -> str:
-    """Why rules of a base of its class may not hold: a subclass elsewhere, or patches; empty if they do."""
+    """Why the rules of a base class may not hold: overrides in another package, or patches; empty if they hold."""
     mine = type(bare).__mro__
     elsewhere = [cls for cls in mine[: mine.index(base)] if _home(cls) != _home(base)]
     names = {name for cls in elsewhere for name in vars(cls) if hasattr(base, name) and name[:2] != "__"} - free
@@ -100,7 +100,7 @@ def _other_rules(bare: _Env, base: type, free: frozenset[str]) -> str:
 
 
 def is_patched(layer: Any) -> bool:
-    """Whether an environment or a wrapper has a method that its class does not have from its own package."""
+    """Whether an environment or a wrapper has a method from outside its class's own package."""
     cls = type(layer)
     if any(callable(each) and callable(getattr(cls, name, None)) for name, each in vars(layer).items()):
         return True
@@ -120,9 +120,9 @@ def _home(value: type | FunctionType) -> str:
 
 
 def words_of(env: _Env, own: Known) -> Mapping[str, int]:
-    """Words for actions: those that are known, an enumeration `actions`, or `get_action_meanings`.
+    """Words for actions: from `own`, an enumeration `actions`, or `get_action_meanings`.
 
-    None where they do not name all actions, or a wrapper may give the environment others.
+    Empty if they do not name all actions, or if a wrapper may change actions.
     """
     bare, space = env.unwrapped, env.action_space
     named, meanings = getattr(bare, "actions", None), getattr(bare, "get_action_meanings", None)
@@ -136,6 +136,6 @@ def words_of(env: _Env, own: Known) -> Mapping[str, int]:
 
 
 def _acts(layer: Any) -> bool:
-    """Whether it passes on actions as they are."""
+    """Whether a layer passes on actions unchanged."""
     pays = isinstance(layer, gymnasium.RewardWrapper) and type(layer).step is gymnasium.RewardWrapper.step
     return pays or is_plain(layer)

@@ -11,7 +11,7 @@ from teachers.planning.planner import PlanningError
 
 
 class _Bot:
-    """MiniGrid's `BabyAIBot`, which plans anew after each action, whoever has taken it."""
+    """MiniGrid's `BabyAIBot`. It plans anew after each action, its own or not."""
 
     def __init__(self, env: gymnasium.Env[Any, Any]) -> None:
         from minigrid.envs.babyai.unlock import KeyInBox
@@ -32,7 +32,7 @@ class _Bot:
         return self._answer
 
     def took(self, action: Any) -> None:
-        """Remember the action, for the next plan."""
+        """Note an action, for the next plan."""
         self._taken, self._answer = action, None
 
 

@@ -1,4 +1,4 @@
-"""Blackjack: the dealer's hidden card and the cards to come are not known, and averaged over."""
+"""Blackjack: transitions average over the dealer's hidden card and all later cards."""
 
 from collections.abc import Iterator
 from functools import cache
@@ -30,7 +30,7 @@ def _with(total: int, soft: bool, card: int) -> tuple[int, bool]:
 
 @cache
 def _dealt(total: int, soft: bool) -> dict[int, float]:
-    """The chances of the dealer's last sums; 0 if it is above 21."""
+    """The probabilities of the dealer's final sums; 0 stands for a sum above 21."""
     if total > 21:
         return {0: 1.0}
     if total >= _STANDS:
@@ -43,7 +43,7 @@ def _dealt(total: int, soft: bool) -> dict[int, float]:
 
 
 def _stick(state: _State, sab: bool, natural: bool) -> list[Transition]:
-    """The transitions of drawing no more."""
+    """The transitions of sticking."""
     mine, dealer, _, lucky = state
     rewards: dict[float, float] = {}
     for hidden, chance in _CARDS.items():
@@ -58,7 +58,7 @@ def _stick(state: _State, sab: bool, natural: bool) -> list[Transition]:
 
 
 def _hit(state: _State) -> list[Transition]:
-    """The transitions of one more card."""
+    """The transitions of hitting."""
     total, dealer, soft, _ = state
     found = []
     for card, chance in _CARDS.items():

@@ -1,4 +1,4 @@
-"""MiniGrid: rooms on a grid, of which the student sees what is ahead."""
+"""MiniGrid: rooms on a grid; the student sees the part ahead of it."""
 
 from collections.abc import Callable, Hashable
 from typing import Any
@@ -18,12 +18,12 @@ _FADES = 0.9  # of the reward, over all steps of an episode
 
 
 def _thing(thing: Any) -> Hashable:
-    """A thing with what is in it."""
+    """An object with its content."""
     return None if thing is None else (*map(int, thing.encode()), _thing(getattr(thing, "contains", None)))
 
 
 def _state(env: _Env) -> Hashable:
-    """Grid, agent and what it carries; MiniGrid's own hash leaves out what is carried, and what is in boxes."""
+    """Grid, agent and carried object. MiniGrid's own hash omits the carried object and the content of boxes."""
     bare: Any = env.unwrapped
     x, y = map(int, bare.agent_pos)
     return tuple(map(_thing, bare.grid.grid)), x, y, int(bare.agent_dir), _thing(bare.carrying), bare.mission
@@ -34,7 +34,7 @@ def _fading(env: _Env) -> Callable[[int], float]:
 
 
 class _Fading:
-    """What is left of a reward after so many actions."""
+    """The factor of a reward after so many actions."""
 
     def __init__(self, steps: int) -> None:
         self._steps = steps
@@ -44,7 +44,7 @@ class _Fading:
 
 
 def _describe(observation: Any) -> str:
-    """What is seen, the farthest first."""
+    """The visible objects, the farthest first."""
     image = observation["image"]
     width, height, _ = image.shape
     seen = [
@@ -61,7 +61,7 @@ def _describe(observation: Any) -> str:
 
 
 def _where(ahead: int, side: int) -> str:
-    """A place, from the agent; its own shows what it carries."""
+    """A place relative to the agent; the agent's own place shows the carried object."""
     parts = [f"{ahead} ahead"] * (ahead > 0) + [f"{abs(side)} to the {'right' if side > 0 else 'left'}"] * (side != 0)
     return " and ".join(parts) or "with you"
 
