@@ -137,7 +137,7 @@ def test_a_bad_one_is_refused(mine, spec, match):
 def test_what_no_text_finds_is_refused(mine):
     with pytest.raises(ValueError, match="cannot be found by its name; define it in a module, outside functions"):
         teacher_spec(mine.outer())
-    with pytest.raises(ValueError, match=r"its spec .* does not find it"):
+    with pytest.raises(ValueError, match=r"its spec .* does not lead to it"):
         teacher_spec(mine.Sleepy(who=object()))
     with pytest.raises(ValueError, match="cannot be found by its name"):
         student_spec(lambda: None)
