@@ -77,7 +77,7 @@ def play(
     student: Annotated[
         str | None,
         typer.Option(
-            help="Spec of the student that you teach, by default obedient; without --seat you watch it.",
+            help="Spec of the student that you teach, by default obedient, or that you watch, without --seat.",
             autocompletion=complete_student,
         ),
     ] = None,
