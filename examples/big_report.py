@@ -16,7 +16,7 @@ import numpy as np
 
 from llf_teacher.episodes.record import pack_regrets, pack_turns, unpack_regrets
 from llf_teacher.studies.definition.study import Study, quickstart
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.report import write_report
 from llf_teacher.studies.store import Store
 

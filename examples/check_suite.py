@@ -30,8 +30,8 @@ from suite_gallery import students
 from llf_teacher.studies import load, run
 from llf_teacher.studies.definition.custom_specs import student_spec
 from llf_teacher.suite import all_experiments, studies_of
-from llf_teacher.suite.play import arms_of, scored, seeds_of
 from llf_teacher.suite.score import ALPHA
+from llf_teacher.suite.taking import arms_of, scored, seeds_of
 
 WHOLE, REMEMBERING = "reasoner(worlds=4, forget=False)", "obedient(forget=False)"
 """A student that weighs worlds by all that is said, and one that recalls what was said of a world."""

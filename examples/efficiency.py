@@ -16,7 +16,7 @@ from pathlib import Path
 
 from llf_teacher.episodes.record import pack_turns
 from llf_teacher.studies.definition.study import Study
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.execution.runner import RunOptions, play_missing
 from llf_teacher.studies.store import Store
 

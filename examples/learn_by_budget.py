@@ -20,7 +20,7 @@ from learn_to_teach import learner, policy_of, train
 from teacher_seats import SETTING, TRIAL, Policy, accompanied, near_mistakes
 from teaching_on_a_budget import Setting
 
-from llf_teacher.gym.lifetime import FIELDS
+from llf_teacher.gym.lifetime_statistics import FIELDS
 from llf_teacher.studies.analysis.statistics import mean_interval, paired_difference
 
 BUDGETS = (2, 4, 8, 16, 32)

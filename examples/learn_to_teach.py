@@ -22,7 +22,7 @@ from rich.progress import Progress
 from teacher_seats import SETTING, TRIAL, Policy, Seats, accompanied, near_mistakes
 from teaching_on_a_budget import TEACHERS, Setting, lifetime
 
-from llf_teacher.gym.lifetime import FIELDS
+from llf_teacher.gym.lifetime_statistics import FIELDS
 from llf_teacher.studies.analysis.statistics import mean_interval, paired_difference
 
 try:

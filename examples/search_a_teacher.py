@@ -20,7 +20,7 @@ from scipy import stats
 from teacher_seats import SETTING, TRIAL, Policy, Seats, accompanied, lived, near_mistakes
 from teaching_on_a_budget import SETTINGS, Setting
 
-from llf_teacher.gym.lifetime import FIELDS
+from llf_teacher.gym.lifetime_statistics import FIELDS
 from llf_teacher.studies.analysis.statistics import Estimate, mean_interval
 
 try:

@@ -10,7 +10,7 @@ import numpy as np
 from teaching_on_a_budget import SETTINGS, Setting
 
 import llf_teacher
-from llf_teacher.gym.lifetime import FIELDS
+from llf_teacher.gym.lifetime_statistics import FIELDS
 
 SETTING = SETTINGS[0]._replace(episodes=30, turns=40, budget=8, world={"min_goal_dist": 6})
 """Eight pieces of advice for treasures that are six moves away and more: not enough to show the way twice."""

@@ -16,7 +16,7 @@ from rich.console import Console
 from rich.progress import track
 
 import llf_teacher
-from llf_teacher.gym.lifetime import FIELDS
+from llf_teacher.gym.lifetime_statistics import FIELDS
 from llf_teacher.studies.analysis.statistics import mean_band, mean_interval, paired_difference
 from teachers.atoms import Utterance
 from teachers.teacher import Teacher

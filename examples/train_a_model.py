@@ -34,7 +34,7 @@ for update in range(UPDATES):
     seeds = range(BATCH * update, BATCH * (update + 1))
     played = rollout(policy, "llf-gridworld-v0", seeds, feedback_type="fp", max_turns=8)
     turns = [turn for conversation in played for turn in conversation.turns]
-    lost = [turn.regret or 0.0 for turn in turns]
+    lost = [turn.regret for turn in turns]
     for turn, regret in zip(turns, lost, strict=True):
         beside, likely = read(turn.prompt)
         weights += 0.01 * (np.mean(lost) - regret) * (beside[WAYS.index(turn.answer)] - likely @ beside)

@@ -5,7 +5,7 @@ Importing this package registers every environment with Gymnasium and PettingZoo
 
 from importlib import import_module
 
-import llf_teacher.origins  # noqa: F401 (checks that the packages beside this one are ours)
+import llf_teacher.import_check  # noqa: F401 (checks that the packages beside this one are ours)
 from llf_teacher.registry import ids, register_all, supported_types
 
 __version__ = "0.2.0"

@@ -9,7 +9,7 @@ from gymnasium import spaces
 from pettingzoo import ParallelEnv
 from pettingzoo.utils.conversions import turn_based_aec_to_parallel_wrapper
 
-from pz_envs.lifetimes import LifetimeEnv
+from pz_envs.lifetime_env import LifetimeEnv
 from pz_envs.seats import STUDENT, SeatsEnv, role_of
 from teachers.seeds import Seeds
 

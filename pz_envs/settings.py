@@ -91,7 +91,7 @@ class Settings:
     """How a wording is chosen: `"random"`, an index, or a function `(templates, **slots) -> str`."""
     max_turns: int | None = None
     """Actions of the student after which an episode is truncated, at least 1; None: the family's number. PettingZoo's
-    doors call it `max_cycles`.
+    functions call it `max_cycles`.
     """
     text: bool = False
     """Text in, text out for the student."""

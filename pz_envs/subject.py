@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pz_envs.parallel_seats import ParallelSeats, TurnBasedParallelEnv
     from pz_envs.seats import SeatsEnv
     from teachers.batches import OracleBatch
-    from teachers.information import Grounds, Information
+    from teachers.information import Information, PosteriorContext
     from teachers.oracle import Oracle
     from teachers.personality import Personality
     from teachers.phrasebook import Phrasebook
@@ -144,11 +144,11 @@ class Subject(ABC):
         """
         raise ValueError(f"the lesson {self.name!r} has no posterior; allowed: families that declare one")
 
-    def make_grounds(self, world: "World[Any, Any, Any]") -> "Grounds":
-        """The functions that infer what a student in such a world knows; errors as in `make_posterior`."""
-        from teachers.information import Grounds
+    def make_posterior_context(self, world: "World[Any, Any, Any]") -> "PosteriorContext":
+        """What is needed to infer what a student in such a world knows; errors as in `make_posterior`."""
+        from teachers.information import PosteriorContext
 
-        return Grounds(self.make_posterior(world), self.oracle_class()(world.scratch))
+        return PosteriorContext(self.make_posterior(world), self.oracle_class()(world.scratch))
 
     def make_information(self, world: "World[Any, Any, Any]", seed: int, worlds: int | None = None) -> "Information":
         """Measures what a student of an episode can know, and how much claims tell it.
@@ -164,7 +164,7 @@ class Subject(ABC):
         from teachers.information import Information
         from teachers.seeds import Seeds
 
-        return Information(self.make_grounds(world), Seeds(seed).stream("information"), worlds)
+        return Information(self.make_posterior_context(world), Seeds(seed).stream("information"), worlds)
 
     def serves(self, personality: "str | Personality", **options: Any) -> bool:
         """Whether a world with these options has all that a personality needs."""
@@ -202,7 +202,7 @@ class Subject(ABC):
         personality = parse_personality(personality)
         if POSTERIOR in personality.needs:
             try:
-                settings["grounds"] = self.make_grounds(world)
+                settings["posterior_context"] = self.make_posterior_context(world)
             except ValueError as error:
                 raise ValueError(
                     f"the personality {personality} needs a posterior: {error}; elsewhere use another, such as oracle"
@@ -218,7 +218,7 @@ class Subject(ABC):
             settings: the settings of the lesson; None: the defaults.
             keywords: fields of `Settings` that replace them (`max_turns` is called `max_cycles`; in classrooms and
                 panels `speech` is `kinds` by default), the world's options, `episodes` of a lifetime (see
-                `pz_envs.lifetimes.LifetimeEnv`), and arguments of the seating, such as `students` of a classroom.
+                `pz_envs.lifetime_env.LifetimeEnv`), and arguments of the seating, such as `students` of a classroom.
 
         Raises:
             ValueError: the seating is unknown, or an argument is not allowed.
@@ -300,7 +300,7 @@ class Seating(ABC):
             raise ValueError(f"episodes must be an integer of at least 1, got {episodes!r}")
         env = self.raw_env(subject, settings, **own)
         if episodes > 1:
-            from pz_envs.lifetimes import LifetimeEnv
+            from pz_envs.lifetime_env import LifetimeEnv
 
             env = LifetimeEnv(env, episodes)
         if settings.teacher_numbers:

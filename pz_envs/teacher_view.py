@@ -9,7 +9,7 @@ from gymnasium import spaces
 from pz_envs.rewards import TeacherReward, parse_teacher_reward, student_reward
 from teachers.atoms import KINDS, ActionClaim, EditClaim, ParseFailure, PlanClaim, unhedged
 from teachers.common import Late
-from teachers.feedback import BIT, SUBSETS
+from teachers.feedback import SUBSETS, number_of
 from teachers.session import Session
 from teachers.teacher import Teacher
 from teachers.teacher_turn import CLAIMS, LONGEST
@@ -174,7 +174,7 @@ def choices_of(actions: str, teacher: Teacher, speech: str = "kinds") -> tuple[i
         return tuple(range(SUBSETS))
     if speech != "kinds":
         raise ValueError(f"actions='compact' needs speech='kinds', got {speech!r}; with it give actions='all'")
-    able = sum(BIT[kind] for kind in teacher.kinds.intersection(teacher.oracle.feedback_types))
+    able = number_of(teacher.kinds.intersection(teacher.oracle.feedback_types))
     return tuple(subset for subset in range(SUBSETS) if not subset & ~able)
 
 

@@ -1,7 +1,7 @@
 """The belief of a student: worlds that agree with its observations, weighted by the claims that it heard.
 
 It uses the worlds of `teachers.information`. `Claim.means` decides whether a claim holds in a world; a world where it
-does not hold weighs less. The belief uses neither unstated rewards nor the grounds of claims.
+does not hold weighs less. The belief uses neither unstated rewards nor the context of claims.
 """
 
 import math
@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from teachers.atoms import Atom, Claim, HedgedClaim, Moment, Scope
 from teachers.common import Reward
-from teachers.information import DrawnWorld, Grounds, Information
+from teachers.information import DrawnWorld, Information, PosteriorContext
 from teachers.spec import check_range
 from worlds.posteriors import NoWorldError
 
@@ -47,7 +47,7 @@ class Belief(Information):
     1 - trust + trust * (1 - p) / p; for a flat claim, with p = 1, that is 1 - trust.
 
     Args:
-        grounds, worlds: as in `Information`; the oracle has values.
+        context, worlds: as in `Information`; the oracle has values.
         rng: draws the worlds.
         trust: 0 to 1. 0 ignores all claims; with 1, only worlds with the fewest false claims have weight.
 
@@ -56,9 +56,9 @@ class Belief(Information):
     """
 
     def __init__(
-        self, grounds: Grounds, rng: np.random.Generator, worlds: int | None = None, trust: float = 1.0
+        self, context: PosteriorContext, rng: np.random.Generator, worlds: int | None = None, trust: float = 1.0
     ) -> None:
-        super().__init__(grounds, rng, worlds)
+        super().__init__(context, rng, worlds)
         check_range("trust", trust, 0, 1)
         self._trust = trust
         self._first = 0  # the turn that was seen first

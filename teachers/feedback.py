@@ -1,11 +1,13 @@
 """Feedback types, which select kinds of feedback, and subsets of the kinds as numbers."""
 
 from collections.abc import Iterable, Set
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
-from teachers.atoms import KINDS, Claim, FeedbackType
+from teachers.atoms import KINDS, Atom, Claim, FeedbackType
+
+Spoken = TypeVar("Spoken", Atom, Claim[Any])
 
 SUBSETS = 2 ** len(KINDS)
 """Number of subsets of the kinds: bit i of a subset's number is kind i in the order r, hp, hn, fp, fn."""
@@ -57,6 +59,11 @@ def draw_kinds(kinds: Set[FeedbackType], rng: np.random.Generator) -> frozenset[
     return frozenset(kind for i, kind in enumerate(ordered) if bits >> i & 1)
 
 
+def number_of(kinds: Iterable[FeedbackType]) -> int:
+    """The number of a subset of the kinds."""
+    return sum(BIT[kind] for kind in kinds)
+
+
 def subset_of(claims: Iterable[Claim[Any]]) -> int:
     """The kinds of some claims, as a subset's number."""
     subset = 0
@@ -65,3 +72,8 @@ def subset_of(claims: Iterable[Claim[Any]]) -> int:
         if kind is not None:
             subset |= BIT[kind]
     return subset
+
+
+def of_subset(items: Iterable[Spoken], subset: int) -> list[Spoken]:
+    """The claims or atoms whose kinds are in a subset, given by its number, and all without a kind, such as notices."""
+    return [item for item in items if item.kind is None or subset & BIT[item.kind]]

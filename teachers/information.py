@@ -25,7 +25,7 @@ from teachers.spec import is_count
 from worlds.posteriors import Draw, NoWorldError, Posterior
 from worlds.world import WorldTurn
 
-__all__ = ["LEAST", "TRIES", "WORLDS", "Bits", "Gain", "Grounds", "Information"]
+__all__ = ["LEAST", "TRIES", "WORLDS", "Bits", "Gain", "Information", "PosteriorContext"]
 
 WORLDS = 256
 """Number of worlds that measure a claim."""
@@ -155,7 +155,7 @@ class Gain(NamedTuple):
         return self.saved / self.valued_bits if self.valued_bits else None
 
 
-class Grounds(NamedTuple):
+class PosteriorContext(NamedTuple):
     """What is needed to infer what a student can know."""
 
     posterior: Posterior[Any]
@@ -190,7 +190,7 @@ class Information:
     In each turn, call `see` with what happened, then `hear` with what was said.
 
     Args:
-        grounds: the posterior that draws worlds, and the oracle that judges them.
+        context: the posterior that draws worlds, and the oracle that judges them.
         rng: draws the worlds, apart from all streams of the lesson.
         worlds: number of worlds that measure a claim; None: `WORLDS`.
 
@@ -200,11 +200,11 @@ class Information:
 
     _trust = 1.0  # in what is heard
 
-    def __init__(self, grounds: Grounds, rng: np.random.Generator, worlds: int | None = None) -> None:
+    def __init__(self, context: PosteriorContext, rng: np.random.Generator, worlds: int | None = None) -> None:
         worlds = WORLDS if worlds is None else worlds
         if not is_count(worlds):
             raise ValueError(f"worlds must be an integer of at least 1, got {worlds!r}")
-        self._posterior, self._oracle = grounds
+        self._posterior, self._oracle = context
         self._rng, self._worlds = rng, worlds
         # Few worlds, which are drawn again and again.
         self._keeps = self._posterior.exact and not self._posterior.chancy

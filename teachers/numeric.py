@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from teachers.feedback import BIT
+from teachers.feedback import of_subset
 from teachers.personality import Claims, Personality, Stage, View
 
 __all__ = ["ChoosesKinds"]
@@ -21,7 +21,7 @@ class _Choice(Stage["ChoosesKinds"]):
             raise ValueError(f"{self.spec} needs a lesson, whose turns are known; play it in an environment")
         numbers = view.numbers(view.moment, {claim.kind for claim in claims}, view.asked)
         subset = self.spec.choose(np.array(numbers, np.float32))
-        return [claim for claim in claims if claim.kind is None or subset & BIT[claim.kind]]
+        return of_subset(claims, subset)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing_extensions import override
 
 from teachers.atoms import KINDS, Claim, FeedbackType, Moment
 from teachers.common import hedge
-from teachers.information import DrawnWorld, Grounds, Information
+from teachers.information import DrawnWorld, Information, PosteriorContext
 from teachers.spec import unknown
 from worlds.posteriors import Draw, NoWorldError, random_walk
 from worlds.world import WorldTurn
@@ -33,7 +33,7 @@ class PartialOracle(Information):
     share (Laplace's rule of succession).
 
     Args:
-        grounds, worlds: as in `Information`.
+        context, worlds: as in `Information`.
         rng: draws the worlds and the walk.
         sees: one of `EVIDENCE`.
         steps: most actions of the walk.
@@ -44,14 +44,14 @@ class PartialOracle(Information):
 
     def __init__(
         self,
-        grounds: Grounds,
+        context: PosteriorContext,
         rng: np.random.Generator,
         worlds: int | None = None,
         *,
         sees: str = "student",
         steps: int = 10,
     ) -> None:
-        super().__init__(grounds, rng, worlds)
+        super().__init__(context, rng, worlds)
         if sees not in EVIDENCE:
             raise ValueError(unknown("evidence", sees, EVIDENCE))
         self._sees, self._steps = sees, steps

@@ -8,7 +8,7 @@ import numpy as np
 from teachers.atoms import FN, FP, SILENCE, Atom, Claim, FeedbackType, Moment, ParseFailure, Utterance
 from teachers.common import MayAsk, NotUnderstood
 from teachers.feedback import ALL, MIXED, draw_kinds, format_kinds, parse_kinds
-from teachers.information import Grounds
+from teachers.information import PosteriorContext
 from teachers.oracle import POSTERIOR, Oracle
 from teachers.personality import Personality, Pipeline, View, check_served, parse_personality, stages_of
 from teachers.phrasebook import Drawn, Draws, Paraphrase, Phrasebook, Rewriting, check_paraphrase
@@ -33,7 +33,7 @@ class Teacher:
         feedback_type: `a`, `n`, `m`, or kinds as `"r+hp"`, a set, a list or a tuple. It is applied last and bounds
             what any personality may say.
         paraphrase: `"random"`, an integer or a callable `(templates, **slots) -> str`.
-        grounds: infers what the student can know, for personalities that need a posterior.
+        posterior_context: infers what the student can know, for personalities that need a posterior.
 
     Raises:
         ValueError: an argument is not supported, or the oracle lacks an ability that the personality needs.
@@ -48,15 +48,15 @@ class Teacher:
         instruction_type: str = "b",
         feedback_type: str | Iterable[str] = "a",
         paraphrase: Paraphrase = "random",
-        grounds: Grounds | None = None,
+        posterior_context: PosteriorContext | None = None,
     ) -> None:
         if not isinstance(oracle, Oracle):
             raise ValueError(f"oracle must be a teachers.oracle.Oracle, got {oracle!r}")
         self.oracle = oracle
         self.voice = voice
         self.personality = parse_personality(personality)
-        check_served(self.personality, oracle, abilities_of(grounds.posterior) if grounds else ())
-        self.grounds = grounds
+        check_served(self.personality, oracle, abilities_of(posterior_context.posterior) if posterior_context else ())
+        self.posterior_context = posterior_context
         self.paraphrase = paraphrase
         self.instruction_type = instruction_type
         self.feedback_type = feedback_type
@@ -133,7 +133,7 @@ class Teacher:
         if not self.personality.transparent:
             self._view = View(self.oracle, self.voice.words, numbers)
             if self.listens:
-                self._view.ground(self.grounds, self._stream("choice"))
+                self._view.infer_from(self.posterior_context, self._stream("choice"))
             # Always as a pipeline, so that a lone personality draws what it draws as the first of several.
             self._stage = Pipeline(stages_of(self.personality)).start(self._stream("personality"))
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from teachers.atoms import FN, FP, KINDS, SILENCE, Claim, FeedbackType, Moment, Utterance, atoms_of
 from teachers.budget import Budget, within
-from teachers.feedback import BIT, SUBSETS, subset_of
+from teachers.feedback import SUBSETS, number_of, of_subset, subset_of
 from teachers.schema import Message, Vocabulary, holds, in_own_words, storable
 from teachers.teacher import Teacher
 
@@ -160,7 +160,7 @@ class TeacherTurn:
             available = self.available()
         self.trimmed = subset & ~available
         if available & ~subset:
-            said = tuple([claim for claim in said if claim.kind is None or subset & BIT[claim.kind]])
+            said = tuple(of_subset(said, subset))
         if self.budget.limit is not None:
             said = tuple(within(self.budget.left, said))
             self.trimmed = subset & ~subset_of(said)
@@ -262,8 +262,8 @@ class TeacherTurn:
         wanted, budget, turn = self.teacher.kinds, self.budget, self.moment.turn
         if type(words) is not Utterance or not words.atoms:
             return words if (wanted or not turn) and budget.left else SILENCE
-        if len(wanted) < len(KINDS) and any(atom.kind not in wanted for atom in words.atoms if atom.kind is not None):
-            words = Utterance.of([atom for atom in words.atoms if atom.kind is None or atom.kind in wanted])
+        if len(wanted) < len(KINDS) and len(fitting := of_subset(words.atoms, number_of(wanted))) < len(words.atoms):
+            words = Utterance.of(fitting)
         return words if budget.limit is None else Utterance.of(within(budget.left, words.atoms))
 
     # Among several teachers.

@@ -22,7 +22,7 @@ from teachers.common import (
     sign_of,
 )
 from teachers.fingerprint import Fingerprints
-from teachers.information import Bits, Grounds, Information
+from teachers.information import Bits, Information, PosteriorContext
 from teachers.oracle import Oracle
 from teachers.witness import InformationT, Note, Witness
 
@@ -53,12 +53,12 @@ class View:
         self.asked = False
         """Whether this is the answer to a student's question; it consists of advice only."""
         self._words = words
-        self._grounds: Grounds | None = None
+        self._context: PosteriorContext | None = None
 
     def see(self, moment: Moment[Any], kinds: frozenset[FeedbackType]) -> None:
         """Go on to the next moment and its wanted kinds."""
         self._moments.append(moment)
-        if self._grounds is not None:
+        if self._context is not None:
             self._notes.append(moment)
         self.kinds = kinds
         self.asked = False
@@ -158,22 +158,22 @@ class View:
 
     # What a student can know.
 
-    def ground(self, grounds: Grounds | None, rng: np.random.Generator) -> None:
+    def infer_from(self, context: PosteriorContext | None, rng: np.random.Generator) -> None:
         """Track from now on what the student can know.
 
         Args:
-            grounds: the posterior and the oracle for this.
+            context: the posterior and the oracle for this.
             rng: draws the worlds that measure claims.
         """
-        self._grounds, self._notes, self._rng = grounds, list[Note](), rng
+        self._context, self._notes, self._rng = context, list[Note](), rng
         self._witnesses: dict[int, Witness[Information]] = {}
 
     def witness(
         self, cls: Callable[..., InformationT], rng: np.random.Generator, **arguments: Any
     ) -> Witness[InformationT]:
         """A witness whose information is of class `cls`, with a random stream and the other arguments of that class."""
-        assert self._grounds is not None  # noqa: S101  # or the personality would not be served
-        return Witness(cls(self._grounds, rng, **arguments), self._notes)
+        assert self._context is not None  # noqa: S101  # or the personality would not be served
+        return Witness(cls(self._context, rng, **arguments), self._notes)
 
     def weigh(self, claim: Claim[Any], worlds: int) -> Bits:
         """How much a claim would say to the student, given all that it saw and heard, measured by so many worlds."""

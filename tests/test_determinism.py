@@ -16,7 +16,7 @@ from sampling import practice
 import llf_teacher
 from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.registry import PREFIX, entry
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from llf_teacher.tools.golden import transcript
 from pz_envs.family import all_families
 from worlds.testing import plain

@@ -10,7 +10,7 @@ from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.episodes.recorder import Recorder
 from llf_teacher.registry import entries
 from llf_teacher.students.parsing import parse_student
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from llf_teacher.tools.audit import audit
 from teachers.atoms import Label
 from teachers.personality import PERSONALITIES

@@ -20,7 +20,7 @@ import os
 import numpy as np
 
 import llf_teacher
-from llf_teacher.gym.lifetime import FIELDS
+from llf_teacher.gym.lifetime_statistics import FIELDS
 from llf_teacher.studies.analysis.statistics import mean_interval, paired_difference
 
 LIVES = int(os.environ.get("LLF_QUICKSTART_LIVES", "80"))  # the tests play fewer

@@ -19,7 +19,7 @@ from typing import Any
 from _shared import TENTH, Effect, cell, parsed, played, print_table, print_verdict
 
 import llf_teacher
-from llf_teacher.gym.lifetime import FIELDS
+from llf_teacher.gym.lifetime_statistics import FIELDS
 
 STUDENT = "q_learning(trust=1.0, forget=False, optimism=0.0, epsilon=0.1)"
 EPISODES, TURNS, BUDGET = 40, 40, 20

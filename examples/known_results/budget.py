@@ -18,7 +18,7 @@ import numpy as np
 from _shared import cell, draw_bars, parsed, played, print_table, print_verdict, saving
 
 import llf_teacher
-from llf_teacher.gym.lifetime import FIELDS
+from llf_teacher.gym.lifetime_statistics import FIELDS
 
 BUDGETS = {10: 4, 30: 8}
 """Of each, the most moves to the treasure at which discounted importance advises, chosen on other seeds."""

@@ -19,7 +19,7 @@ from llf_teacher.models.replies import LENGTH
 from llf_teacher.theme.turns import prepare_turns
 from pz_envs.seats import STUDENT, TEACHER
 from teachers.atoms import KINDS, ParseFailure
-from teachers.feedback import parse_kinds
+from teachers.feedback import number_of, parse_kinds
 from teachers.spec import unknown
 from teachers.terminal import Waiting
 from teachers.words import KIND_MEANINGS, KIND_WORDS, VERDICTS, VerdictWord, kind_word
@@ -77,7 +77,7 @@ def play(
     student: Annotated[
         str | None,
         typer.Option(
-            help="Spec of the student that you teach, by default obedient; without --seat you watch it.",
+            help="Spec of the student that you teach, by default obedient, or that you watch, without --seat.",
             autocompletion=complete_student,
         ),
     ] = None,
@@ -495,7 +495,7 @@ def _choose(console: Console, lesson: "LiveLesson", explain: Callable[[], None])
         except ValueError:
             console.print(f"Type some of {', '.join(KINDS)}, a for all of them, or nothing; {HELP[0]} explains them.")
             continue
-        return sum(1 << i for i, kind in enumerate(KINDS) if kind in kinds)
+        return number_of(kinds)
 
 
 def _worded(claim: "Claim[Any]", turn: "TeacherTurn") -> str:

@@ -79,6 +79,7 @@ class TurnRow(NamedTuple):
     """The action in words; null if it is a text itself."""
     reward: float
     regret: float
+    """The action's loss of value, in the family's unit; the negated reward if the oracle has no values."""
     success: bool
     parse_failure: str | None
     """The text that was not an action."""

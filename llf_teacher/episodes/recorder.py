@@ -4,6 +4,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from llf_teacher.episodes.record import EpisodeRow, TurnRow, as_dict, reading_as_dict, summary, unchecked
+from llf_teacher.episodes.regret import turn_regret
 from llf_teacher.models.replies import Usage
 from llf_teacher.serialization import to_json
 from llf_teacher.speakers.parsing import NOBODY, parse_reader
@@ -11,7 +12,6 @@ from pz_envs.student_view import StudentView
 from pz_envs.subject import Subject
 from teachers.atoms import Atom, Claim, Label, Moment, ParseFailure
 from teachers.common import Late
-from teachers.oracle import Oracle, RefusalError
 from teachers.phrasebook import Rewriting
 from teachers.schema import without
 from teachers.session import Turn
@@ -103,7 +103,7 @@ class Recorder:
             action=None if moment.before is None else to_json(moment.action),
             action_words=None if moment.before is None or isinstance(moment.action, str) else f"{moment.action}",
             reward=moment.reward,
-            regret=_regret(session.teacher.oracle, moment) if moment.turn else 0.0,
+            regret=turn_regret(session.teacher.oracle, moment),
             success=moment.success,
             parse_failure=failed and failed.got,
             instruction=str(turn.instruction) or None,
@@ -162,15 +162,3 @@ class Recorder:
     def episode(self, reads: str) -> EpisodeRow:
         """The sums over the turns; `reads`: what the student learns from."""
         return summary(self.family, reads, self.rows, measured=self._information is not None, why=self.why)
-
-
-def _regret(oracle: Oracle[Any, Any], moment: Moment[Any]) -> float:
-    """The regret of a turn; the negated reward if the oracle has no values.
-
-    An episode's sum then lacks the best possible return. This is unknown, but the same for all students and teachers in
-    a world, so that their differences are differences of regret.
-    """
-    try:
-        return oracle.regret(moment)
-    except RefusalError:
-        return -moment.reward

@@ -7,13 +7,13 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
+from llf_teacher.episodes.regret import turn_regret
 from llf_teacher.gym import StudentEnv, make
 from llf_teacher.models.waiting import wait_for
 from llf_teacher.students.chat import ChatStudent, takes_messages
 from llf_teacher.students.conversation import Conversation, Message, as_prompt
 from pz_envs.subject import Subject
-from teachers.atoms import Moment, ParseFailure
-from teachers.oracle import Oracle, RefusalError
+from teachers.atoms import ParseFailure
 from teachers.seeds import Seeds
 from teachers.spec import check_range
 
@@ -29,8 +29,8 @@ class RolloutTurn(NamedTuple):
     answer: str
     """The unchanged answer of the policy."""
     reward: float
-    regret: float | None
-    """The action's loss of value, in the family's unit; None if the oracle has no values."""
+    regret: float
+    """The action's loss of value, in the family's unit; the negated reward if the oracle has no values."""
     success: bool
     failure: str | None
     """Why the answer is not an action; None for an action."""
@@ -107,7 +107,7 @@ class Rollout(NamedTuple):
         return tuple(turn.reward for turn in self.turns)
 
     @property
-    def regrets(self) -> tuple[float | None, ...]:
+    def regrets(self) -> tuple[float, ...]:
         """The regret of each turn."""
         return tuple(turn.regret for turn in self.turns)
 
@@ -217,7 +217,7 @@ class _Lane:
                 prompt=self.prompt,
                 answer=text,
                 reward=reward,
-                regret=_regret(session.teacher.oracle, moment),
+                regret=turn_regret(session.teacher.oracle, moment),
                 success=moment.success,
                 failure=failed and failed.why,
                 feedback=f"{observation['feedback']}",
@@ -235,13 +235,6 @@ def _cross(subjects: Sequence[str | Subject], seeds: Sequence[int]) -> Iterator[
 def _environment(subject: str | Subject, settings: dict[str, Any]) -> StudentEnv:
     door: Callable[..., StudentEnv] = make if isinstance(subject, str) else StudentEnv
     return door(subject, text=True, **copy.deepcopy(settings))  # a custom teacher holds the state of one episode
-
-
-def _regret(oracle: Oracle[Any, Any], moment: Moment[Any]) -> float | None:
-    try:
-        return float(oracle.regret(moment))
-    except RefusalError:
-        return None
 
 
 def _answered(turn: RolloutTurn) -> list[Message]:

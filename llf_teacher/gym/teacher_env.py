@@ -7,7 +7,7 @@ from typing import Any, Unpack, cast
 import numpy as np
 from gymnasium import spaces
 
-from llf_teacher.gym.lifetime import Lifetime, lifetime_space
+from llf_teacher.gym.lifetime_statistics import LifetimeStatistics, lifetime_space
 from llf_teacher.gym.seat_env import SeatEnv
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import Student
@@ -20,7 +20,7 @@ from pz_envs.teacher_view import choices_of, mask_space
 from teachers.atoms import Moment
 from teachers.oracle import Oracle
 
-LifetimeReward = Callable[[Moment[Any], Oracle[Any, Any], Lifetime], float]
+LifetimeReward = Callable[[Moment[Any], Oracle[Any, Any], LifetimeStatistics], float]
 """A reward function for the teacher, given a student's turn and the lifetime before it."""
 
 
@@ -72,8 +72,8 @@ class TeacherEnv(SeatEnv):
         announce: whether the student announces its next action before the teacher speaks; learners can. Traits change
             only what is heard and done afterwards.
         keywords: fields of `pz_envs.settings.Settings` that replace the settings', and the world's options.
-            `teacher_reward` may also be a function of three arguments, `Moment`, `Oracle` and the student's `Lifetime`
-            as it was before the turn.
+            `teacher_reward` may also be a function of three arguments, `Moment`, `Oracle` and the student's
+            `LifetimeStatistics` before the turn.
 
     Raises:
         ValueError: an argument is not allowed.
@@ -104,7 +104,7 @@ class TeacherEnv(SeatEnv):
                     "your own, with reset(rng) and act(observation, info)"
                 )
             defaults["text"] = student.text
-        self.life: Lifetime | None = None
+        self.life: LifetimeStatistics | None = None
         """The statistics of the lifetime; None in a single episode."""
         reward = getattr(settings, "teacher_reward", "student_reward")
         paid: Any = self._paid_by(keywords.pop("teacher_reward", reward))
@@ -153,7 +153,7 @@ class TeacherEnv(SeatEnv):
             self.student = self._make_student(seeds.stream("class"))
         if self.episodes > 1 or self._sees_life:
             self._options = options
-            self.life = Lifetime(self.student_view, self.episodes)
+            self.life = LifetimeStatistics(self.student_view, self.episodes)
             self.life.arrive()
             if self.same_world:
                 self._start = self.session.moment.after
@@ -230,7 +230,7 @@ class TeacherEnv(SeatEnv):
         return self._reward_of_life
 
     def _reward_of_life(self, moment: Moment[Any], oracle: Oracle[Any, Any]) -> float:
-        return self._reward(moment, oracle, cast(Lifetime, self.life))
+        return self._reward(moment, oracle, cast(LifetimeStatistics, self.life))
 
     def _make_student(self, rng: np.random.Generator) -> Any:
         """A new student."""
@@ -251,7 +251,7 @@ class TeacherEnv(SeatEnv):
                 "announce=False"
             )
 
-    def _next_episode(self, life: Lifetime, terminated: bool) -> bool:
+    def _next_episode(self, life: LifetimeStatistics, terminated: bool) -> bool:
         """End an episode of a lifetime and begin the next; returns whether there is a next one."""
         session, view, student = self.session, self.student_view, self.student
         if hasattr(student, "finish"):

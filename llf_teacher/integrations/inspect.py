@@ -42,7 +42,7 @@ from llf_teacher.students.student import ModelReply
 from llf_teacher.studies import run
 from llf_teacher.suite import digest, studies_of
 from llf_teacher.suite.experiment import TURNS, Experiment
-from llf_teacher.suite.play import QUICK_TURNS, chosen, scored, seeds_of
+from llf_teacher.suite.taking import QUICK_TURNS, chosen, scored, seeds_of
 from pz_envs.family import Family, all_families
 from pz_envs.registered import Registered
 from pz_envs.settings import Settings

@@ -4,12 +4,15 @@ import copy
 import json
 from typing import Any
 
+from llf_teacher.episodes.regret import turn_regret
 from llf_teacher.gym import StudentEnv, make, prompt
 from llf_teacher.students.conversation import Conversation, as_prompt
 from teachers.seeds import Seeds
 
 REWARDS = ("return", "success", "regret")
-"""The reward of an episode: the sum of rewards, 1 for success in its last turn, or the negative sum of regrets."""
+"""The reward of an episode: the sum of rewards, 1 for success in its last turn, or the negative sum of regrets (see
+`llf_teacher.episodes.regret`).
+"""
 OVER = "The episode is over; there is nothing more to do."
 _COLUMNS = ("teacher", "feedback_type", "instruction_type", "voice", "max_turns")
 
@@ -85,8 +88,8 @@ class FeedbackEnvironment:
         observation: dict[str, Any]
         observation, reward, _, _, _ = self._env.step(action)
         self._paid += reward
-        if self._reward == "regret":  # not every oracle has regrets
-            self._lost += session.teacher.oracle.regret(session.moment)
+        if self._reward == "regret":  # an oracle may need time for it
+            self._lost += turn_regret(session.teacher.oracle, session.moment)
         return observation
 
     def _environment(self, id: str, settings: dict[str, Any]) -> StudentEnv:

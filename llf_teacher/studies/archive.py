@@ -35,7 +35,7 @@ def _texts(store: Store) -> dict[str, str]:
         lines = [f"{name}=={version}\n" for name, version in manifest["versions"].items()]
         texts["requirements.txt"] = f"# Python {manifest['python']} on {manifest['platform']}\n" + "".join(lines)
     if "study" in manifest:
-        study = Study.recalled(manifest, as_played=True)
+        study = Study.from_manifest(manifest, as_played=True)
         texts["study.toml"] = to_toml(study)
         if store.count:
             texts["report.html"] = render(store, study)

@@ -144,7 +144,7 @@ class Results:
         Raises:
             StoreError: the store names none.
         """
-        return self._recalled(as_played=False)
+        return self._study(as_played=False)
 
     @property
     def played_study(self) -> Study:
@@ -153,12 +153,12 @@ class Results:
         Raises:
             StoreError: the store names none.
         """
-        return self._recalled(as_played=True)
+        return self._study(as_played=True)
 
-    def _recalled(self, *, as_played: bool) -> Study:
+    def _study(self, *, as_played: bool) -> Study:
         if "study" not in (manifest := self.manifest):
             raise StoreError(f"{self.path} does not name its study; give the study, too")
-        return Study.recalled(manifest, as_played=as_played)
+        return Study.from_manifest(manifest, as_played=as_played)
 
     def report(self, study: Study | None = None) -> "Report":
         """The report of a study, by default `study`; a notebook shows it.

@@ -7,7 +7,7 @@ from pathlib import Path
 from scipy import stats
 
 from llf_teacher.studies.analysis.statistics import LEVEL
-from llf_teacher.suite import play
+from llf_teacher.suite import taking
 from llf_teacher.suite.card import AbilityLine, Card, CardError, adjusted
 from llf_teacher.suite.experiment import all_experiments
 from teachers.spec import unknown
@@ -27,11 +27,11 @@ def check(path: Path | str) -> Card:
         CardError: the file is not a card, was changed, or belongs to something else.
     """
     card = Card.load(path)
-    if card.suite != play.VERSION:
-        raise CardError(f"{path}: {unknown('suite', card.suite, [play.VERSION])}")
-    if card.digest != play.digest():
+    if card.suite != taking.VERSION:
+        raise CardError(f"{path}: {unknown('suite', card.suite, [taking.VERSION])}")
+    if card.digest != taking.digest():
         raise CardError(
-            f"{path} has the digest {card.digest}, this release {play.digest()}: cannot be compared; take the suite "
+            f"{path} has the digest {card.digest}, this release {taking.digest()}: cannot be compared; take the suite "
             "again"
         )
     lines = [f"{name}: {each.ability}" for name, each in all_experiments().items()]

@@ -9,7 +9,7 @@ from llf_teacher.students.trait import traits_of
 from llf_teacher.studies.definition.custom_specs import student_spec
 from llf_teacher.studies.execution.prompts import bytes_of_prompts
 from llf_teacher.suite.experiment import TURNS
-from llf_teacher.suite.play import QUICK_TURNS, chosen, seeds_of, studies_of
+from llf_teacher.suite.taking import QUICK_TURNS, chosen, seeds_of, studies_of
 
 BYTES = 4
 """Approximate number of bytes of an English token."""

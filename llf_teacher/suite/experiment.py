@@ -7,7 +7,7 @@ from importlib import import_module
 from types import MappingProxyType
 
 from llf_teacher.suite import experiments
-from llf_teacher.suite.places import ARMS, HOUSE
+from llf_teacher.suite.environments import ARMS, HOUSE
 
 TURNS, SEEDS = 12, 20
 """Greatest number of turns of a lesson, and number of worlds in most experiments."""

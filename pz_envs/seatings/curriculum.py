@@ -10,7 +10,7 @@ from gymnasium import spaces
 
 from pz_envs.assembly import assemble
 from pz_envs.global_state import GlobalState, Shared
-from pz_envs.lifetimes import LifetimeEnv
+from pz_envs.lifetime_env import LifetimeEnv
 from pz_envs.numbers import Field
 from pz_envs.seatings.tutoring import TutoringEnv
 from pz_envs.seats import STUDENT, SeatsEnv

@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from teachers.atoms import FP, KINDS
+from teachers.atoms import FP
 from teachers.batches import Kinds, Moments, OracleBatch
-from teachers.feedback import MIXED, parse_kinds
+from teachers.feedback import MIXED, number_of, parse_kinds
 from teachers.personality import Claims, Personality, Stage, View
 from worlds.batches import Floats
 
@@ -39,8 +39,7 @@ class Only(Personality):
 
     def speak_rows(self, kinds: Kinds, memory: Floats, moments: Moments[Any], oracle: OracleBatch[Any]) -> Kinds:
         """`_Filter.speak` in arrays."""
-        kept = parse_kinds(self.kinds)
-        return kinds & np.uint8(sum(1 << bit for bit, kind in enumerate(KINDS) if kind in kept))
+        return kinds & np.uint8(number_of(parse_kinds(self.kinds)))
 
     @property
     def reveals(self) -> bool:

@@ -35,7 +35,7 @@ from teachers.testing.wording import check_wording
 from worlds.testing import plain, require
 
 _CLUES, _SCOPE = 1, 2  # seeds of play
-_SELDOM = 4  # times as many turns elsewhere as where all that was said is checked in each turn
+_SCOPE_SHARE = 4  # the check of scopes, which is slow, plays a fourth of the turns
 _SHORT = 20  # times as many turns of random play as of each habit
 _EPISODES = 10  # of a student that acts by the values
 _NEAR = 1e-9  # differences of values below this are rounding
@@ -140,7 +140,7 @@ def check_scope(pupil: Pupil) -> None:
     """A claim whose scope is the world or the family stays true for the whole episode."""
     lab = pupil.make_world().scratch()
     lasting: dict[Claim, None] = {}
-    for oracle, moment in dataclasses.replace(pupil, turns=-(-pupil.turns // _SELDOM)).judged(_SCOPE):
+    for oracle, moment in dataclasses.replace(pupil, turns=-(-pupil.turns // _SCOPE_SHARE)).judged(_SCOPE):
         claims = oracle.judge(moment) + oracle.clues(moment.after)
         if moment.turn == 0:
             lasting = {}

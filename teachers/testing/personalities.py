@@ -182,9 +182,9 @@ def check_evidence(personality: Personality, pupil: Pupil) -> None:
     world = pupil.make_world()
     teacher = pupil.make_teacher(world, personality)
     session = pupil.session(world, teacher)
-    grounds = pupil.make_teacher(world, personality).grounds
-    require(grounds, f"{personality} does not see the truth, so that it needs a posterior")
-    assert grounds is not None  # noqa: S101  # or that was an error
+    context = pupil.make_teacher(world, personality).posterior_context
+    require(context, f"{personality} does not see the truth, so that it needs a posterior")
+    assert context is not None  # noqa: S101  # or that was an error
     for number, episode in enumerate(pupil.episodes(min(pupil.turns, 4 * pupil.max_turns))):
         turns = [
             WorldTurn(None if moment.before is None else moment.action, moment.reward, moment.after, moment.success)
@@ -192,7 +192,7 @@ def check_evidence(personality: Personality, pupil: Pupil) -> None:
         ]
         if personality.evidence == "rewards":
             turns = [turn._replace(reward_known=turn.action is not None) for turn in turns]
-        draw = next(grounds.posterior.draws(turns, np.random.default_rng(number)))
+        draw = next(context.posterior.draws(turns, np.random.default_rng(number)))
         other = DrawnWorld(draw, episode)
         said = []
         for moments in (episode, [other.moment(turn) for turn in range(len(episode))]):

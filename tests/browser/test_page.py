@@ -6,7 +6,7 @@ from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
 from llf_teacher.studies import Study, load
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.store import Store
 
 BANDIT = "llf-bandits-BanditTenArmedGaussian-v0"

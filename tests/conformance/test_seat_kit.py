@@ -7,7 +7,7 @@ from gymnasium import spaces
 from pz_envs import testing as kit
 from pz_envs.assembly import assemble
 from pz_envs.family import all_families
-from pz_envs.lifetimes import LifetimeEnv
+from pz_envs.lifetime_env import LifetimeEnv
 from pz_envs.seatings.tutoring import TutoringEnv
 from pz_envs.seats import STUDENT, TEACHER
 from pz_envs.settings import Settings

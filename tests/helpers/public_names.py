@@ -12,27 +12,49 @@ from typing import Any
 import typer
 
 MODULES = """
-    llf_teacher llf_teacher.compat llf_teacher.episodes.record llf_teacher.gym llf_teacher.gym.vector
-    llf_teacher.integrations.inspect llf_teacher.integrations.openenv llf_teacher.integrations.trl
-    llf_teacher.integrations.verifiers llf_teacher.models.client llf_teacher.models.settings
-    llf_teacher.models.testing llf_teacher.people llf_teacher.registry llf_teacher.speakers.rewriter
-    llf_teacher.students.parsing llf_teacher.students.scene llf_teacher.students.student llf_teacher.students.trait
-    llf_teacher.studies llf_teacher.studies.analysis.estimators llf_teacher.studies.analysis.outcomes
-    llf_teacher.studies.analysis.overall llf_teacher.studies.analysis.pass_at_k
-    llf_teacher.studies.analysis.time_to_success
-    llf_teacher.studies.definition.study llf_teacher.studies.execution.limits llf_teacher.studies.execution.play
-    llf_teacher.studies.execution.runner llf_teacher.studies.export llf_teacher.studies.store llf_teacher.testing
-    pz_envs.assembly pz_envs.family pz_envs.learning pz_envs.lesson pz_envs.parallel_seats pz_envs.rewards
-    pz_envs.seatings.classroom pz_envs.seatings.panel pz_envs.seatings.tutoring pz_envs.settings
-    pz_envs.student_view pz_envs.teacher_view pz_envs.testing
-    teachers.atoms teachers.batches teachers.common teachers.information teachers.oracle
-    teachers.personality teachers.planning teachers.reliability teachers.schema teachers.session teachers.spec
-    teachers.teacher teachers.testing
-    worlds.batches worlds.pictures worlds.pictures.testing worlds.posteriors worlds.posteriors.testing worlds.spaces
-    worlds.testing worlds.world worlds.wrapped.gym_world worlds.wrapped.old_gym
+    llf_teacher llf_teacher.compat llf_teacher.studies
+    llf_teacher.testing pz_envs.testing teachers.testing worlds.testing
+    worlds.pictures.testing worlds.posteriors.testing
+    llf_teacher.students.student llf_teacher.students.trait
+    pz_envs.family pz_envs.learning teachers.atoms teachers.oracle teachers.personality worlds.world
 """.split()  # noqa: SIM905 (words are easier to read than a list of literals)
-"""The modules whose names do not go or change without a word in the changelog; documents import from others only
-what they show as an example of a family or a personality.
+"""The front doors: the packages that users import, the conformance kits, and the bases of what users add. None of their
+names goes or changes without a word in the changelog.
+"""
+NAMES = """
+    llf_teacher.episodes.loop.play_turns
+    llf_teacher.gym.lifetime_statistics.FIELDS
+    llf_teacher.gym.vector.StudentVectorEnv
+    llf_teacher.integrations.inspect.TASKS
+    llf_teacher.integrations.trl.FeedbackEnvironment
+    llf_teacher.models.client.connect
+    llf_teacher.models.settings.ClientSettings
+    llf_teacher.models.testing.ScriptedEndpoint
+    llf_teacher.people.PersonLearning llf_teacher.people.PersonTeaching
+    llf_teacher.registry.family
+    llf_teacher.speakers.rewriter.Rewriter
+    llf_teacher.students.parsing.parse_student
+    llf_teacher.students.scene.Scene
+    llf_teacher.studies.analysis.outcomes.outcomes
+    llf_teacher.studies.analysis.overall.overall
+    llf_teacher.studies.analysis.statistics.mean_interval llf_teacher.studies.analysis.statistics.paired_difference
+    llf_teacher.studies.analysis.time_to_success.attempts
+    llf_teacher.studies.execution.episode.play
+    llf_teacher.studies.execution.limits.Limits
+    llf_teacher.studies.execution.runner.RunOptions
+    llf_teacher.studies.export.write_export
+    pz_envs.parallel_seats.ParallelSeats
+    pz_envs.settings.Settings
+    teachers.batches.OracleBatch worlds.batches.WorldBatch
+    teachers.common.Syntax
+    teachers.planning.Exact teachers.planning.Expert
+    teachers.reliability.Reliability
+    teachers.rules.TownRule worlds.towns.town_stream
+    teachers.spec.Count teachers.spec.Range teachers.spec.Share
+    worlds.pictures.Picture worlds.posteriors.Posterior
+""".split()  # noqa: SIM905
+"""Single names that documents or the templates of `llf new` import from other modules, or mention; all else that these
+modules define is private.
 """
 _HEAD = re.compile(r"# Public names of llf-teacher (\S+),")
 
@@ -87,6 +109,7 @@ def public_names() -> Iterator[str]:
 
     for module in MODULES:
         yield from (f"name {module}.{name}" for name in _names_of(module))
+    yield from (f"name {name}" for name in NAMES if _is_defined(name))
     yield from _commands(typer.main.get_command(app), "llf")
     for family in own_families():
         yield f"rules {family.name} = {family.rules}"
@@ -130,6 +153,11 @@ def _names_of(module: str) -> Iterator[str]:
             case ast.AnnAssign(target=ast.Name(id=name)):
                 defined.append(name)
     yield from (name for name in dict.fromkeys(defined) if not name.startswith("_"))
+
+
+def _is_defined(name: str) -> bool:
+    module, _, last = name.rpartition(".")
+    return last in _names_of(module)
 
 
 def _commands(command: Any, path: str) -> Iterator[str]:

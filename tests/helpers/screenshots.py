@@ -15,7 +15,7 @@ from pathlib import Path
 from PIL import Image
 
 from llf_teacher.studies import Study
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.report import render
 from llf_teacher.studies.store import Store
 from llf_teacher.theme import style

@@ -4,7 +4,7 @@ import contextlib
 import sqlite3
 
 from llf_teacher.studies.definition.study import Study
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.store import Store
 
 

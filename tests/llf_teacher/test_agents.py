@@ -12,7 +12,7 @@ import llf_teacher
 from llf_teacher.students.agents import GYMNASIUM, LLF, POLICY, as_text, protocol_of
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies.definition.study import Study
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.execution.runner import EpisodeError, RunOptions, play_missing
 from llf_teacher.studies.store import Store
 from teachers.atoms import Utterance

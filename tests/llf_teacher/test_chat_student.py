@@ -12,7 +12,7 @@ from llf_teacher.episodes.record import pack_turns
 from llf_teacher.students.chat import takes_messages
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies.definition.study import Study
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 
 MODULE = """
 import asyncio

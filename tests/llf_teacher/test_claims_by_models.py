@@ -13,7 +13,7 @@ from llf_teacher.models.testing import ScriptedEndpoint, refusal
 from llf_teacher.speakers.llm_teacher import LLMTeacher
 from llf_teacher.studies import run
 from llf_teacher.studies.definition.study import Study
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.execution.runner import RunOptions
 from llf_teacher.tools.audit import audit
 from teachers.atoms import Label

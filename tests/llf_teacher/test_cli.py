@@ -385,7 +385,7 @@ COMMANDS = list(commands(typer.main.get_command(app)))
 
 def test_commands_for_users_and_for_developers():
     assert {path[0] for path in COMMANDS if path} == {
-        *("list", "play", "teach", "serve", "study", "suite", "audit", "film", "new", "dev")
+        *("list", "play", "teach", "serve", "study", "suite", "audit", "film", "models", "new", "dev")
     }
     developers = {path[1] for path in COMMANDS if path[:1] == ("dev",) and len(path) > 1}
     assert developers == {module.name for module in pkgutil.iter_modules(llf_teacher.cli.dev.__path__)}

@@ -9,8 +9,8 @@ import pytest
 from llf_teacher.studies import run
 from llf_teacher.studies.definition.custom_specs import check_portable, parse_teacher, student_spec, teacher_spec
 from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.execution.limits import Limits
-from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.execution.runner import RunOptions
 from teachers.personalities.delayed import Delayed
 from teachers.personality import Personality, Pipeline, Stage, parse_personality
@@ -137,7 +137,7 @@ def test_a_bad_one_is_refused(mine, spec, match):
 def test_what_no_text_finds_is_refused(mine):
     with pytest.raises(ValueError, match="cannot be found by its name; define it in a module, outside functions"):
         teacher_spec(mine.outer())
-    with pytest.raises(ValueError, match=r"its spec .* does not find it"):
+    with pytest.raises(ValueError, match=r"its spec .* does not lead to it"):
         teacher_spec(mine.Sleepy(who=object()))
     with pytest.raises(ValueError, match="cannot be found by its name"):
         student_spec(lambda: None)

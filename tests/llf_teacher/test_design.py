@@ -10,7 +10,7 @@ from llf_teacher.studies.analysis import transfer
 from llf_teacher.studies.analysis.outcomes import outcomes
 from llf_teacher.studies.definition.design import SUBSETS
 from llf_teacher.studies.definition.study import Study, load_study
-from llf_teacher.studies.execution.play import attend, play
+from llf_teacher.studies.execution.episode import attend, play
 from llf_teacher.studies.report import to_toml
 from llf_teacher.studies.store import Store
 from teachers.atoms import KINDS

@@ -7,7 +7,7 @@ import pytest
 from llf_teacher import chat_student
 from llf_teacher.integrations.dialogue import SCORES, Dialogue
 from llf_teacher.studies.definition.study import Study
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 
 ANSWERS = {
     "llf-gridworld-v0": ("Response: west", "I do not know.", "<think>Perhaps.</think>Response: north"),

@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 from llf_teacher.cli import app
 from llf_teacher.studies.analysis.diff import compare
 from llf_teacher.studies.definition.study import Study
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.store import Store
 
 ID = "llf-bandits-BanditTenArmedRandomFixed-v0"

@@ -14,7 +14,7 @@ from llf_teacher.cli import app
 from llf_teacher.models.testing import ScriptedEndpoint
 from llf_teacher.registry import entry
 from llf_teacher.studies import Results, Study, run
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.export import export_names, write_export
 from llf_teacher.studies.export.dialogue import exchanges
 from llf_teacher.studies.store import Store

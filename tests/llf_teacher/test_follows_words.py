@@ -9,7 +9,7 @@ import llf_teacher
 from llf_teacher.registry import entry
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies import Study
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from teachers.atoms import FP, Atom, Claim, Moment, claim
 from teachers.belief import Belief
 
@@ -96,7 +96,7 @@ def test_what_is_read_and_cannot_be_checked_is_false_in_a_world():
     family = entry(ARMS).family
     world = family.make_world()
     world.reset(seed=0)
-    read, said = (Belief(family.make_grounds(world), np.random.default_rng(0), 8) for _ in range(2))
+    read, said = (Belief(family.make_posterior_context(world), np.random.default_rng(0), 8) for _ in range(2))
     for belief in (read, said):
         belief.see(Moment.opening(world.truth))
     read.learn([Atom(Unready(), "Hm.", 0)], [Atom(Unready(), "Hm.", 0)])

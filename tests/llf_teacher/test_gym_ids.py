@@ -18,7 +18,7 @@ from llf_teacher.episodes.loop import play_turns
 from llf_teacher.registry import entry
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies import Study
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from llf_teacher.tools.audit import audit
 from llf_teacher.tools.film import film
 from llf_teacher.web.plan import read_plan

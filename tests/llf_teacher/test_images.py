@@ -16,7 +16,7 @@ from llf_teacher.models.images import PIXELS, data_url
 from llf_teacher.models.testing import ScriptedEndpoint
 from llf_teacher.studies import run
 from llf_teacher.studies.definition.study import Study, load_study, to_toml
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.execution.runner import RunOptions
 from pz_envs.family import all_families
 

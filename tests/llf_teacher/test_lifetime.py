@@ -9,7 +9,7 @@ from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
 from playing import earned, episode
 
 import llf_teacher
-from llf_teacher.gym.lifetime import FIELDS, is_mistake
+from llf_teacher.gym.lifetime_statistics import FIELDS, is_mistake
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.variation import draw_student
 from teachers.atoms import ParseFailure

@@ -19,7 +19,7 @@ from llf_teacher.models.testing import Reply, ScriptedEndpoint, completion
 from llf_teacher.students.builtin.llm import LLM
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies.definition.study import Study
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.execution.runner import manifest, play_missing
 from llf_teacher.studies.store import Store
 

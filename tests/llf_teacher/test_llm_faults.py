@@ -18,7 +18,7 @@ from llf_teacher.models.cache import spending
 from llf_teacher.models.testing import Reply, ScriptedEndpoint, completion, too_long
 from llf_teacher.students.builtin.llm import LLM
 from llf_teacher.studies.definition.study import Study
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 
 pytestmark = pytest.mark.usefixtures("no_settings", "soon")
 PAGE = Path(__file__).parents[2] / "docs" / "bring-your-agent.md"

@@ -13,7 +13,7 @@ from llf_teacher.models.testing import Reply, ScriptedEndpoint, completion
 from llf_teacher.studies import load
 from llf_teacher.studies.analysis.costs import cost_lines
 from llf_teacher.studies.definition.study import Study
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.store import Store
 
 PRICES = ", input_price=1.0, output_price=10.0"

@@ -13,7 +13,7 @@ from llf_teacher.students.conversation import Conversation
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies.analysis.costs import cost_lines
 from llf_teacher.studies.definition.study import Study
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.store import Store
 from pz_envs.family import all_families
 from pz_envs.text.answer_formats import ANSWERS

@@ -13,7 +13,7 @@ from llf_teacher.studies.analysis.power import needs, power, seeds_needed
 from llf_teacher.studies.analysis.primary import primary_needs
 from llf_teacher.studies.analysis.statistics import paired_difference
 from llf_teacher.studies.definition.study import Study
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.store import Store
 
 SPEC = EpisodeSpec("a-v0", "silent", "obedient", "b", "a", 5, 0, "1", "2.1")

@@ -12,7 +12,7 @@ import llf_teacher
 from llf_teacher.registry import PREFIX
 from llf_teacher.studies import run
 from llf_teacher.studies.definition.study import Study
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from pz_envs.family import all_families
 from teachers.atoms import FP, Moment
 from teachers.feedback import SUBSETS

@@ -9,7 +9,7 @@ from llf_teacher.episodes.record import READINGS
 from llf_teacher.models.testing import ScriptedEndpoint
 from llf_teacher.studies import Study, run
 from llf_teacher.studies.definition.study import load_study, to_toml
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.execution.runner import RunOptions
 from llf_teacher.theme import pages
 from llf_teacher.web.open_lessons import OpenLessons

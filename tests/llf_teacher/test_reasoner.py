@@ -41,7 +41,7 @@ def believing(trust=1.0, worlds=64, seed=0, **options):
     arms = family("bandits")
     world = arms.make_world(problem="TenArmedGaussian", **options)
     world.reset(seed=seed)
-    belief = Belief(arms.make_grounds(world), np.random.default_rng(seed), worlds, trust)
+    belief = Belief(arms.make_posterior_context(world), np.random.default_rng(seed), worlds, trust)
     belief.see(Moment.opening(world.truth))
     return world, belief
 
@@ -174,7 +174,7 @@ def test_a_reward_that_no_world_pays_is_ignored_and_counted():
     arms = family("bandits")
     world = arms.make_world(problem="TwoArmedDeterministicFixed")
     world.reset(seed=0)
-    belief = Belief(arms.make_grounds(world), np.random.default_rng(0), 16)
+    belief = Belief(arms.make_posterior_context(world), np.random.default_rng(0), 16)
     before = Moment.opening(world.truth)
     belief.see(before)
     told(belief)

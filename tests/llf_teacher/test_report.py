@@ -11,7 +11,7 @@ import pytest
 
 from llf_teacher.episodes.record import Record
 from llf_teacher.studies.definition.study import Study
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.execution.runner import manifest
 from llf_teacher.studies.report import check_writable, render, to_toml, write_report
 from llf_teacher.studies.store import Store

@@ -8,7 +8,7 @@ import pytest
 from studying import filled
 
 from llf_teacher.studies.definition.study import Study
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.report import columns, render
 from llf_teacher.studies.report.data import read
 from llf_teacher.studies.report.parts.accounting import accounts

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 from llf_teacher.cli import app
 from llf_teacher.studies import load
 from llf_teacher.studies.definition.study import Study
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.execution.runner import manifest
 from llf_teacher.studies.store import Store, StoreError
 

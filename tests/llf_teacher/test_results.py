@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 from llf_teacher import studies
 from llf_teacher.cli import app
 from llf_teacher.studies import Study, load, results, run
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.store import StoreError
 
 STUDY = Study(

@@ -9,7 +9,7 @@ from playing import Counting
 
 from llf_teacher import chat_student, rollout
 from llf_teacher.studies.definition.study import Study
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from pz_envs.lesson import Lesson
 from worlds.world import World
 
@@ -164,7 +164,7 @@ def test_a_lesson_of_ones_own():
     lesson = Lesson(lambda: gymnasium.make("Taxi-v4"))
     (played,) = rollout(lambda conversations: ["2"], lesson, 1, max_turns=2)
     assert played.rewards == (-1.0, -1.0)
-    assert played.regrets == (None, None)  # nobody knows
+    assert played.regrets == (1.0, 1.0)  # nobody knows the values: the negated rewards, as in a store
     assert "reward" in played.messages[0]["content"]
 
 

@@ -10,7 +10,7 @@ from llf_teacher.models.testing import ScriptedEndpoint
 from llf_teacher.studies import load, run
 from llf_teacher.studies.analysis.pass_at_k import Sampled, pass_at
 from llf_teacher.studies.definition.study import Study
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.execution.runner import RunOptions
 from llf_teacher.studies.report.columns import plan
 from llf_teacher.studies.report.data import read

@@ -7,8 +7,8 @@ import pytest
 from llf_teacher.gym import StudentEnv
 from llf_teacher.registry import entries
 from llf_teacher.studies.definition.study import Study
-from llf_teacher.studies.execution import play as module
-from llf_teacher.studies.execution.play import close_lessons, play
+from llf_teacher.studies.execution import episode
+from llf_teacher.studies.execution.episode import close_lessons, play
 from llf_teacher.studies.execution.worker import Packed, run_episode
 
 ID = "llf-gridworld-v0"
@@ -26,7 +26,7 @@ def made(monkeypatch):
             super().__init__(id, **keywords)
 
     close_lessons()
-    monkeypatch.setattr(module, "StudentEnv", Counted)
+    monkeypatch.setattr(episode, "StudentEnv", Counted)
     yield made
     close_lessons()
 

@@ -16,7 +16,7 @@ from llf_teacher.students.chat import chat_student
 from llf_teacher.studies import run
 from llf_teacher.studies.definition.custom_specs import parse_teacher, teacher_spec
 from llf_teacher.studies.definition.study import Study
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.execution.runner import RunOptions
 from llf_teacher.studies.report.data import read
 from llf_teacher.studies.report.page import page

@@ -14,7 +14,7 @@ from studying import small
 
 from llf_teacher.models.cache import Cache
 from llf_teacher.registry import entry
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.store import Store, StoreError
 from llf_teacher.studies.store.database import SCHEMA_VERSION
 

@@ -19,7 +19,7 @@ from llf_teacher.episodes.loop import play_turns
 from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.registry import PREFIX, entries, entry
 from llf_teacher.students.parsing import STUDENTS, parse_student, student_for
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from pz_envs.family import all_families
 from pz_envs.learning import KINDS, Learning, NoRewards
 from pz_envs.text.actions import read_exactly

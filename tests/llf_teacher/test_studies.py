@@ -13,7 +13,7 @@ from design import amount
 from studying import rows, small
 
 from llf_teacher.studies.definition.study import Study, load_study, quickstart
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.execution.runner import manifest, play_missing
 from llf_teacher.studies.store import Store
 

@@ -20,14 +20,14 @@ from llf_teacher.registry import entry
 from llf_teacher.studies import Study, run
 from llf_teacher.studies.analysis.power import least_effect
 from llf_teacher.studies.analysis.resampling import sign_flips
-from llf_teacher.suite import Card, all_experiments, check, compare, digest, experiments, play, take
+from llf_teacher.suite import Card, all_experiments, check, compare, digest, experiments, take, taking
 from llf_teacher.suite.card import AbilityLine, CardError, check_file, checksum
 from llf_teacher.suite.comparing import _difference
+from llf_teacher.suite.environments import ARMS, FILMS, OPTIONS
 from llf_teacher.suite.estimate import estimate
 from llf_teacher.suite.experiment import ORDER
-from llf_teacher.suite.places import ARMS, FILMS, OPTIONS
-from llf_teacher.suite.play import chosen, seeds_of, studies_of
 from llf_teacher.suite.score import Arms, score
+from llf_teacher.suite.taking import chosen, seeds_of, studies_of
 
 DIGEST = "62844ec6818fff71"
 
@@ -57,7 +57,7 @@ def test_the_digest_is_that_of_the_version():
     ],
 )
 def test_what_decides_a_score_is_in_the_digest(monkeypatch, name, value):
-    monkeypatch.setattr(play, name, value)
+    monkeypatch.setattr(taking, name, value)
     assert digest() != DIGEST
 
 

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 import llf_teacher
 from llf_teacher import ids
-from llf_teacher.gym.vector.lifetimes import WITHIN
+from llf_teacher.gym.vector.spoken import WITHIN
 from llf_teacher.gym.vector.teacher import REWARDS
 from llf_teacher.registry import PREFIX
 from llf_teacher.students.builtin.tamer import Tamer

@@ -23,7 +23,7 @@ from llf_teacher.students.traits.skims import Skims
 from llf_teacher.students.traits.stubborn import Stubborn
 from llf_teacher.studies import Study
 from llf_teacher.studies.definition.names import short_names
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.execution.runner import play_missing
 from llf_teacher.studies.store import Store
 from pz_envs.parallel_seats import ParallelSeats

@@ -96,16 +96,16 @@ def test_an_unknown_reward():
         FeedbackEnvironment(reward="sum")
 
 
-def test_an_oracle_need_not_know_regrets_unless_they_are_paid(monkeypatch):
+def test_without_values_the_reward_of_regret_is_the_return(monkeypatch):
     def refuse(self, moment):
         raise RefusalError("nobody knows")
 
     monkeypatch.setattr(GridworldOracle, "regret", refuse)
-    played = FeedbackEnvironment(GRID, max_turns=1)
-    played.reset(seed=0)
-    played.act("west")
-    assert played.get_reward() == 0.0
-    paid = FeedbackEnvironment(GRID, max_turns=1, reward="regret")
-    paid.reset(seed=0)
-    with pytest.raises(RefusalError):
-        paid.act("west")
+    rewards = []
+    for reward in ("return", "regret"):
+        environment = FeedbackEnvironment(GRID, max_turns=2, failure_reward=0.5, reward=reward)
+        environment.reset(seed=0)
+        environment.act("west")
+        environment.act("nonsense")
+        rewards.append(environment.get_reward())
+    assert rewards == [0.5, 0.5]

@@ -7,7 +7,7 @@ import llf_teacher
 from llf_teacher.episodes.live import WATCHER
 from llf_teacher.people import PersonLearning, PersonTeaching
 from llf_teacher.studies import Study, load
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.store import Store
 from llf_teacher.web.lesson import PlannedLesson, frames
 from llf_teacher.web.plan import read_plan, students

@@ -24,8 +24,8 @@ from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution import executors, runner
 from llf_teacher.studies.execution import limits as limits_module
 from llf_teacher.studies.execution import progress as progress_module
+from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.execution.limits import Limits
-from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.execution.progress import StudyProgress
 from llf_teacher.studies.execution.runner import EpisodeError, RunOptions, play_missing
 from llf_teacher.studies.execution.worker import Packed, run_episode

@@ -10,7 +10,7 @@ import pytest
 from commands import llf, llf_apart
 
 from llf_teacher.studies.definition.study import Study
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.execution.runner import EpisodeError, RunOptions, Shard, StudyError, parse_shard, play_missing
 from llf_teacher.studies.store import Store, StoreError
 from llf_teacher.studies.store.merging import merge

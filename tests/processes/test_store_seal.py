@@ -18,7 +18,7 @@ from studying import rows, small
 
 from llf_teacher.studies import load
 from llf_teacher.studies.definition.study import Study, load_study, quickstart
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.execution.runner import EpisodeError, RunOptions, parse_shard, play_missing
 from llf_teacher.studies.store import Store, StoreError
 from llf_teacher.studies.store.merging import merge
@@ -39,7 +39,7 @@ def killed(tmp_path):
     path.parent.mkdir()
     code = (
         "import os, sys; from studying import small; from llf_teacher.studies.store import Store\n"
-        "from llf_teacher.studies.execution.play import play\n"
+        "from llf_teacher.studies.execution.episode import play\n"
         "store = Store(sys.argv[1])\n"
         "for spec in small().episodes(): store.add(play(spec))\n"
         f"os.kill(os.getpid(), {signal.SIGKILL:d})"
@@ -250,7 +250,7 @@ def test_merged_rows_keep_their_definitions(tmp_path):
     ],
 )
 def test_a_recalled_study_is_the_study(study):
-    recalled = Study.recalled({"study": study.as_dict()})
+    recalled = Study.from_manifest({"study": study.as_dict()})
     assert recalled == study
     assert list(recalled.episodes()) == list(study.episodes())
 

@@ -1,19 +1,28 @@
 """No public name goes or changes without a word in the changelog, and none is added unseen."""
 
 import ast
+import re
 from pathlib import Path
+from string import Template
 
 import pytest
-from documents import python_blocks
-from public_names import MODULES, changes_since, public_names, read_list, unexplained
+from documents import DOCUMENTS, python_blocks
+from public_names import MODULES, NAMES, changes_since, public_names, read_list, unexplained
 
 import llf_teacher
 
 ROOT = Path(__file__).parents[2]
 LIST, CHANGELOG = ROOT / "tests" / "public.txt", ROOT / "CHANGELOG.md"
 RELEASE, LISTED = read_list(LIST)
-EXAMPLES = ("worlds.gridworld", "teachers.oracles.", "teachers.personalities.", "llf_teacher.students.traits.")
-"""What documents also import: a family and personalities, as the examples that they are."""
+PACKAGES = ("worlds", "teachers", "pz_envs", "llf_teacher")
+EXAMPLES = (
+    "worlds.gridworld",
+    "worlds.maze",
+    "teachers.oracles.",
+    "teachers.personalities.",
+    "llf_teacher.students.traits.",
+)
+"""What documents also import: a family and personalities, as the examples that they are; the templates' own world."""
 
 
 def test_public_names_are_those_of_the_list():
@@ -69,11 +78,42 @@ def test_what_is_lost_has_to_be_named(lost, changes, found):
     assert unexplained([lost], changes) == ([] if found else [lost])
 
 
-def test_documents_import_what_is_public():
-    packages = ("worlds", "teachers", "pz_envs", "llf_teacher")
-    for block, code in python_blocks().items():
+def documents():
+    """The code that users read or start from, by name: blocks of documents, the quickstart, templates of `llf new`."""
+    yield from python_blocks().items()
+    for path in (ROOT / "docs" / "quickstart").glob("*.py"):
+        yield path.name, path.read_text(encoding="utf-8")
+    for path in (ROOT / "llf_teacher" / "tools" / "scaffold").rglob("*.py.txt"):
+        code = Template(path.read_text(encoding="utf-8"))
+        yield f"{path.relative_to(ROOT)}", code.safe_substitute(name="maze", Name="Maze")
+
+
+def imports():
+    """What documents import from this distribution's packages: the document, a module, and a name or None."""
+    for document, code in documents():
         for node in ast.walk(ast.parse(code)):
-            if isinstance(node, ast.ImportFrom) and node.module.partition(".")[0] in packages:
-                assert node.module in MODULES or node.module.startswith(EXAMPLES), f"{block}: {node.module}"
-                names = {f"name {node.module}.{alias.name}" for alias in node.names}
-                assert node.module.startswith(EXAMPLES) or names <= LISTED, block
+            if isinstance(node, ast.ImportFrom) and node.module.partition(".")[0] in PACKAGES:
+                yield from ((document, node.module, alias.name) for alias in node.names)
+            elif isinstance(node, ast.Import):
+                found = (alias.name for alias in node.names)
+                yield from ((document, name, None) for name in found if name.partition(".")[0] in PACKAGES)
+
+
+def test_documents_import_what_is_public():
+    found = [each for each in imports() if not each[1].startswith(EXAMPLES)]
+    assert {"llf_teacher", "llf_teacher.studies", "teachers.atoms", "worlds.testing"} <= {each[1] for each in found}
+    for document, module, name in found:
+        public = module in (*MODULES, *PACKAGES) if name is None else f"name {module}.{name}" in LISTED
+        assert public, (
+            f"{document} imports {module}, {name}: list it in tests/helpers/public_names.py, or show another way"
+        )
+
+
+def test_single_names_are_in_documents():
+    """One that no document imports or mentions is private again."""
+    texts = " ".join(path.read_text(encoding="utf-8") for path in DOCUMENTS)
+    shown = {f"{module}.{name}" for _, module, name in imports()}
+    shown |= set(re.findall(r"(?:worlds|teachers|pz_envs|llf_teacher)(?:\.\w+)+", texts.replace(":", ".")))
+    assert [name for name in NAMES if name not in shown] == []
+    doors = [name for name in NAMES if name.rpartition(".")[0] in MODULES]
+    assert not doors, f"all names of these modules are public: {doors}"

@@ -146,8 +146,8 @@ def of_families(path):
     return found
 
 
-EXPERIMENTS = {ROOT / "llf_teacher" / "suite" / "places.py"}
-"""Its places are certain worlds; nothing but the command that plays them knows them."""
+EXPERIMENTS = {ROOT / "llf_teacher" / "suite" / "environments.py"}
+"""Its environments are certain worlds; nothing but the command that plays them knows them."""
 
 
 def uses(family, environments):

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from scipy.stats import chisquare
 
 from teachers.atoms import FN, FP, HN, HP, KINDS, FeedbackType, R
-from teachers.feedback import draw_kinds, format_kinds, parse_kinds
+from teachers.common import MayAsk, Truism
+from teachers.feedback import draw_kinds, format_kinds, number_of, of_subset, parse_kinds, subset_of
 
 kind_sets = st.sets(st.sampled_from(KINDS))
 
@@ -46,6 +47,14 @@ def test_kinds_round_trip(kinds):
     assert parse_kinds(format_kinds(kinds)) == kinds
     assert format_kinds([str(kind) for kind in kinds]) == format_kinds(kinds)
     assert format_kinds(format_kinds(kinds)) == format_kinds(kinds)
+
+
+@given(kind_sets)
+def test_a_subset_keeps_its_kinds_and_all_notices(kinds):
+    notice, claims = MayAsk(cost=0.5), [Truism(kind=kind, fact="ice is cold") for kind in KINDS]
+    kept = of_subset([notice, *claims], number_of(kinds))
+    assert kept == [notice, *(claim for claim in claims if claim.kind in kinds)]
+    assert subset_of(kept) == number_of(kinds)
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import llf_teacher
 from llf_teacher.episodes.record import EpisodeSpec
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from teachers.atoms import FN, FP, HN, HP, Moment
 from teachers.oracles.movies import MoviesOracle
 from teachers.oracles.movies.claims import (

@@ -241,13 +241,13 @@ def test_listed_worlds_have_the_probabilities_with_which_they_are_drawn():
         world.reset(seed=1)
         env = lesson(GRID if name == "gridworld" else MOVIES, "partial")
         moment = next(play(env, 1, 0))
-        grounds = env.teacher.grounds
-        oracle = PartialOracle(grounds, np.random.default_rng(0))
+        context = env.teacher.posterior_context
+        oracle = PartialOracle(context, np.random.default_rng(0))
         oracle.see(moment)
         listed = {draw[0].truth: share for draw, share in oracle.possible()}
         assert math.fsum(listed.values()) == pytest.approx(1)
         assert moment.after in listed
-        drawn = grounds.posterior.take(oracle._turns, np.random.default_rng(0), 2000)
+        drawn = context.posterior.take(oracle._turns, np.random.default_rng(0), 2000)
         truth, share = max(listed.items(), key=lambda each: each[1])
         assert binomtest(sum(each[0].truth == truth for each in drawn), 2000, share).pvalue > ALPHA
 
@@ -255,8 +255,10 @@ def test_listed_worlds_have_the_probabilities_with_which_they_are_drawn():
 def test_posteriors_draw_worlds_that_agree_with_two_histories():
     env = lesson(GRID, "partial")
     env.reset(seed=4)
-    posterior = env.teacher.grounds.posterior
-    one, other = (PartialOracle(env.teacher.grounds, np.random.default_rng(i), sees="walk", steps=12) for i in (0, 1))
+    posterior = env.teacher.posterior_context.posterior
+    one, other = (
+        PartialOracle(env.teacher.posterior_context, np.random.default_rng(i), sees="walk", steps=12) for i in (0, 1)
+    )
     moment = env.session.moment
     one.see(moment)
     other.see(moment)
@@ -275,7 +277,7 @@ def test_where_no_world_can_be_found_it_is_silent(monkeypatch):
         raise NoWorldError("none")
         yield
 
-    monkeypatch.setattr(env.teacher.grounds.posterior, "openings", none)
+    monkeypatch.setattr(env.teacher.posterior_context.posterior, "openings", none)
     env.reset(seed=0)
     assert not feedback(env)
 
@@ -295,7 +297,7 @@ def test_a_family_or_a_world_without_a_posterior_refuses(monkeypatch):
     with pytest.raises(ValueError, match=r"unknown evidence 'everything'; .*allowed: student, rewards, walk"):
         llf_teacher.make(GAUSSIAN, teacher="partial(sees='everything')")
     with pytest.raises(ValueError, match="unknown evidence 'all'"):
-        PartialOracle(lesson(GAUSSIAN, "partial").teacher.grounds, np.random.default_rng(0), sees="all")
+        PartialOracle(lesson(GAUSSIAN, "partial").teacher.posterior_context, np.random.default_rng(0), sees="all")
     assert Subject.posterior_abilities == frozenset()
 
 

@@ -21,7 +21,7 @@ from pz_envs.window import FPS
 from teachers.atoms import Moment
 from teachers.batches import Moments, Said
 from teachers.batches.teacher import TeacherBatch
-from teachers.feedback import BIT, MIXED, parse_kinds
+from teachers.feedback import MIXED, number_of, parse_kinds
 from teachers.spec import is_count, unknown
 from worlds.batches import ALL, Bools, Floats, Ints, Rows, merged
 from worlds.batches.streams import Streams
@@ -93,7 +93,7 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
             raise ValueError(
                 f"feedback_type 'm' is not supported in arrays; allowed: a, n, or kinds; 'm': {self.instead}"
             )
-        wanted = np.uint8(sum(BIT[kind] for kind in parse_kinds(feedback_type)))
+        wanted = np.uint8(number_of(parse_kinds(feedback_type)))
         self.teacher = TeacherBatch(self.oracle, self.settings.teacher, wanted, num_envs, self.max_turns, self.instead)
         """The teachers, in arrays."""
         self._past: deque[Moments[Any]] = deque(maxlen=self.teacher.past)  # the latest first

@@ -9,10 +9,11 @@ import numpy.typing as npt
 from gymnasium import spaces
 from gymnasium.vector import AutoresetMode
 
-from llf_teacher.gym.lifetime import NEAR
+from llf_teacher.gym.lifetime_statistics import NEAR
 from llf_teacher.gym.teacher_env import TeacherEnv
-from llf_teacher.gym.vector.lifetimes import Lifetimes, Spoken, columns
+from llf_teacher.gym.vector.lifetime_statistics import LifetimeStatisticsBatch, columns
 from llf_teacher.gym.vector.rows import SHOWN, RowsEnv
+from llf_teacher.gym.vector.spoken import Spoken
 from llf_teacher.students.batches import Seats
 from llf_teacher.students.batches.traited import students
 from llf_teacher.students.parsing import parse_student
@@ -103,7 +104,7 @@ class TeacherVectorEnv(RowsEnv):
         self.actions, self.episodes, self.announce = actions, episodes, announce
         self.cost, self.budget = self.settings.cost, self.settings.budget
         self._reward = reward
-        self.lives = Lifetimes(num_envs, states, episodes)
+        self.lives = LifetimeStatisticsBatch(num_envs, states, episodes)
         """The statistics of the lifetimes."""
         self.spent = np.zeros(num_envs, np.int64)
         """Atoms said in each lifetime, int64 (rows,)."""

@@ -16,7 +16,7 @@ import typer
 from llf_teacher.episodes.record import Record
 from llf_teacher.registry import PREFIX
 from llf_teacher.studies.definition.study import Study
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from pz_envs.family import all_families
 
 ROLES = {"ceiling": ("oracle", "oracle"), "floor": ("silent", "text_only"), "canary": ("mistake(eps=1)", "text_only")}

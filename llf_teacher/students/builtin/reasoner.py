@@ -31,14 +31,14 @@ class _Policy(ListeningPolicy["Reasoner"]):
                 f"the student {spec} needs a family with a posterior and values of actions; {family.name} has no "
                 f"{lacks}; allowed: {able}; elsewhere use another student, such as obedient"
             )
-        self._grounds = family.make_grounds(world)
+        self._context = family.make_posterior_context(world)
 
     def begin(self) -> None:
         """Begin an episode without memory; a student that does not forget still knows the rules that it has heard."""
         super().begin()
         self._turns = 0
         rules = () if self.spec.forget or self.belief is None else self.belief.rules
-        self.belief = Belief(self._grounds, self.rng, self.spec.worlds, self.spec.trust)
+        self.belief = Belief(self._context, self.rng, self.spec.worlds, self.spec.trust)
         self.belief.keep(rules)
 
     def succeed(self, past: Policy[Any]) -> None:

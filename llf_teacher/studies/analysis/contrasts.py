@@ -13,7 +13,7 @@ from llf_teacher.students.student import TAUGHT
 from llf_teacher.studies.analysis.sequential import ALPHA, adjusted
 from llf_teacher.studies.analysis.statistics import RESAMPLES, Difference, Numbers, paired_differences
 from llf_teacher.studies.definition.design import InterimAnalyses
-from llf_teacher.studies.definition.recalled import student_of, teacher_of
+from llf_teacher.studies.definition.stored_specs import student_of, teacher_of
 from llf_teacher.studies.definition.study import Study
 from teachers.feedback import parse_kinds
 

@@ -21,7 +21,7 @@ from llf_teacher.studies.definition.design import BASELINE, SUBSETS, Transfer, c
 from llf_teacher.studies.definition.names import check_names, short_names
 from llf_teacher.studies.definition.options import check_options, options_of
 from llf_teacher.studies.definition.primary import check_primary
-from llf_teacher.studies.definition.recalled import recall, student_of, teacher_of
+from llf_teacher.studies.definition.stored_specs import student_of, teacher_of, use_stored
 from llf_teacher.studies.definition.transcript_filter import check_transcripts
 from pz_envs.family import all_families
 from pz_envs.settings import Settings
@@ -332,7 +332,7 @@ class Study:
         return values
 
     @classmethod
-    def recalled(cls, manifest: Mapping[str, Any], *, as_played: bool = False) -> "Study":
+    def from_manifest(cls, manifest: Mapping[str, Any], *, as_played: bool = False) -> "Study":
         """The study of a store, without checks; the modules of users' own agents may be missing.
 
         Args:
@@ -343,7 +343,7 @@ class Study:
         Raises:
             ValueError: the manifest is damaged.
         """
-        recall(manifest.get("own", {}))
+        use_stored(manifest.get("own", {}))
         values = manifest["study"]
         if lacking := [name for name in ("ids", "teachers", "students") if name not in values]:
             raise ValueError(f"the study of the store lacks {', '.join(lacking)}; run `llf study check` for details")

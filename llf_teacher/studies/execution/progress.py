@@ -7,8 +7,8 @@ from typing import Self
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-_OFTEN = 0.1  # seconds between updates of a terminal
-_SELDOM = 60.0  # seconds between lines elsewhere
+_BAR_SECONDS = 0.1  # between updates of the bar on a terminal
+_LINE_SECONDS = 60.0  # between lines in a file
 
 
 class StudyProgress:
@@ -34,7 +34,7 @@ class StudyProgress:
             self._began = now
             if terminal:
                 self._bar.start()
-        elif now - self._shown[0] < (_OFTEN if terminal else _SELDOM) and not (terminal and done == total):
+        elif now - self._shown[0] < (_BAR_SECONDS if terminal else _LINE_SECONDS) and not (terminal and done == total):
             return
         elif not terminal:
             new, seconds = done - self._shown[1], now - self._shown[0]

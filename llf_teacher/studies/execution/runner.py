@@ -24,7 +24,7 @@ from llf_teacher.speakers.speaker import Speaker
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.trait import traits_of
 from llf_teacher.studies.definition.custom_specs import check_portable, parse_teacher
-from llf_teacher.studies.definition.recalled import facts_of
+from llf_teacher.studies.definition.stored_specs import facts_of
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution import executors
 from llf_teacher.studies.execution.executors import Executor, ExecutorError, Lost, Work

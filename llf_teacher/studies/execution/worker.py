@@ -13,9 +13,9 @@ import numpy as np
 from llf_teacher.episodes.failure import Failure, failure
 from llf_teacher.episodes.record import EpisodeRow, EpisodeSpec, pack_turns
 from llf_teacher.models import LLMError, NoAnswerError, SpendingLimitError
+from llf_teacher.studies.execution.episode import close_lessons, play
 from llf_teacher.studies.execution.executors import Process
 from llf_teacher.studies.execution.limits import Clock, Limits, TimeIsUp, within_memory
-from llf_teacher.studies.execution.play import close_lessons, play
 
 _OWN = [Path(__file__).parents[3] / name for name in ("llf_teacher", "pz_envs", "teachers", "worlds")]
 _OWN.append(Path(sysconfig.get_path("stdlib")))

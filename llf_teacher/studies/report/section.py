@@ -15,7 +15,7 @@ from llf_teacher.studies.analysis import statistics
 from llf_teacher.studies.analysis.contrasts import Test, can_differ, tested
 from llf_teacher.studies.analysis.estimators import curve_areas
 from llf_teacher.studies.analysis.statistics import Band, Difference, Estimate, Split, variance_split
-from llf_teacher.studies.definition.recalled import student_of
+from llf_teacher.studies.definition.stored_specs import student_of
 from llf_teacher.studies.definition.study import Grid
 from llf_teacher.studies.report.columns import Curves, Sums
 from llf_teacher.studies.report.figure import Plot

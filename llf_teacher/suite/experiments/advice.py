@@ -6,8 +6,8 @@ the plan does, so that advice saves it less than one that only obeys. Confounds:
 regret; whether it understands why does not count.
 """
 
+from llf_teacher.suite.environments import ARMS, FILMS
 from llf_teacher.suite.experiment import Experiment
-from llf_teacher.suite.places import ARMS, FILMS
 
 EXPERIMENT = Experiment(
     ability="takes advice",

@@ -6,8 +6,8 @@ measured: in a house each room asks for another move, and to keep the first does
 student that repeats its first action by habit keeps the advice, too.
 """
 
+from llf_teacher.suite.environments import ARMS, FILMS
 from llf_teacher.suite.experiment import Experiment
-from llf_teacher.suite.places import ARMS, FILMS
 
 EXPERIMENT = Experiment(
     ability="keeps what it was taught when the teacher falls silent",

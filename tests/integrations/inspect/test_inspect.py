@@ -24,7 +24,7 @@ from llf_teacher.integrations.inspect import STORED, TASKS, suite
 from llf_teacher.models.testing import ScriptedEndpoint
 from llf_teacher.registry import family
 from llf_teacher.studies.definition.study import Study
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 from llf_teacher.suite import take
 from pz_envs.family import all_families
 

@@ -16,7 +16,7 @@ from llf_teacher.integrations.dialogue import SCORES
 from llf_teacher.integrations.verifiers import LLFSeats, LLFSeatsConfig, LLFTaskset, LLFTasksetConfig
 from llf_teacher.models.testing import ScriptedEndpoint
 from llf_teacher.studies.definition.study import Study
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.episode import play
 
 MODULE = "from llf_teacher.integrations.verifiers import LLFHarness, LLFSeats, LLFTaskset, __all__\n"
 

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 from llf_teacher.students.student import TAUGHT
 from llf_teacher.studies.analysis.outcomes import Group
 from llf_teacher.studies.analysis.time_to_success import CONTROL, Attempts, attempts
-from llf_teacher.studies.definition.recalled import student_of
+from llf_teacher.studies.definition.stored_specs import student_of
 from llf_teacher.studies.report.data import Data
 from llf_teacher.studies.report.parts.part import Part
 

@@ -33,7 +33,7 @@ FIELDS = (
 """The numbers of `lifetime`, each from 0 to 1."""
 
 
-class Lifetime:
+class LifetimeStatistics:
     """Statistics of a student's lifetime.
 
     Args:
@@ -112,7 +112,7 @@ class Lifetime:
 
 
 def lifetime_space() -> spaces.Box:
-    """The space of `Lifetime.features`."""
+    """The space of `LifetimeStatistics.features`."""
     return spaces.Box(0, 1, (len(FIELDS),), np.float32)
 
 

@@ -11,7 +11,7 @@ from teachers.personality import Personality
 from teachers.spec import parse_calls
 
 
-class Recalled(NamedTuple):
+class StoredFacts(NamedTuple):
     """The stored facts of a teacher or a student whose module cannot be imported here."""
 
     reads: str = "words"
@@ -20,39 +20,39 @@ class Recalled(NamedTuple):
     """Whether the teacher says only the instruction."""
 
 
-_recalled: dict[str, Recalled] = {}
+_stored: dict[str, StoredFacts] = {}
 
 
 def facts_of(students: Iterable[str], teachers: Iterable[str]) -> dict[str, dict[str, Any]]:
     """The facts to store about users' own teachers and students, by spec, as JSON values."""
-    reads = {spec: Recalled(reads=parse_student(spec).reads) for spec in students if _is_own(spec)}
-    mute = {spec: Recalled(mute=parse_teacher(spec).mute) for spec in teachers if _is_own(spec)}
+    reads = {spec: StoredFacts(reads=parse_student(spec).reads) for spec in students if _is_own(spec)}
+    mute = {spec: StoredFacts(mute=parse_teacher(spec).mute) for spec in teachers if _is_own(spec)}
     return {spec: each._asdict() for spec, each in (reads | mute).items()}
 
 
-def recall(facts: Mapping[str, Mapping[str, Any]]) -> None:
+def use_stored(facts: Mapping[str, Mapping[str, Any]]) -> None:
     """Use the results of `facts_of` for specs whose modules cannot be imported."""
-    _recalled.update({spec: Recalled(**each) for spec, each in facts.items()})
+    _stored.update({spec: StoredFacts(**each) for spec, each in facts.items()})
 
 
-def student_of(spec: str) -> Student | Recalled:
+def student_of(spec: str) -> Student | StoredFacts:
     """The student of a spec; errors as in `parse_student`, except for missing modules."""
     try:
         return parse_student(spec)
     except ValueError:
         if not _is_own(spec):
             raise
-        return _recalled.get(spec, Recalled())
+        return _stored.get(spec, StoredFacts())
 
 
-def teacher_of(spec: str) -> Personality | Speaker | Recalled:
+def teacher_of(spec: str) -> Personality | Speaker | StoredFacts:
     """The teacher of a spec; errors as in `parse_teacher`, except for missing modules."""
     try:
         return parse_teacher(spec)
     except ValueError:
         if not _is_own(spec):
             raise
-        return _recalled.get(spec, Recalled())
+        return _stored.get(spec, StoredFacts())
 
 
 def _is_own(spec: str) -> bool:

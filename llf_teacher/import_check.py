@@ -8,7 +8,7 @@ _HOME = Path(__file__).resolve().parents[1]
 _PACKAGES = ("worlds", "teachers", "pz_envs")
 
 
-def check_origins() -> None:
+def check_packages() -> None:
     """Check where the packages beside this one come from, before they are imported.
 
     Raises:
@@ -30,4 +30,4 @@ def check_origins() -> None:
             )
 
 
-check_origins()
+check_packages()

@@ -19,8 +19,8 @@ from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.limits import Limits
 from llf_teacher.studies.execution.runner import RunOptions
 from llf_teacher.suite.card import Card, checksum
+from llf_teacher.suite.environments import ARMS, OPTIONS
 from llf_teacher.suite.experiment import TURNS, Experiment, all_experiments
-from llf_teacher.suite.places import ARMS, OPTIONS
 from llf_teacher.suite.score import LEVELS, Arms, Score, score
 from teachers.common import FACTS
 from teachers.spec import unknown
