@@ -367,10 +367,10 @@ def unknown(what: str, got: object, allowed: Iterable[str], where: str = "", nea
     nearest names if something better than spelling finds them.
     """
     allowed = tuple(allowed)
-    near = difflib.get_close_matches(str(got), allowed, n=3, cutoff=0.4) if near is None else [*near]
+    near = difflib.get_close_matches(str(got), allowed, n=3) if near is None else [*near]
     hint = f"did you mean {' or '.join(near)}? " if near else ""
     if where:
-        return f"unknown {what} {got!r}; {hint}all {len(allowed)} that are allowed are shown by {where}"
+        return f"unknown {what} {got!r}; {hint}see {where} for all {len(allowed)}"
     listing = ", ".join(allowed) if len(allowed) <= 40 else f"{', '.join(allowed[:40])}, ..."
     return f"unknown {what} {got!r}; {hint}allowed: {listing or 'none'}"
 

@@ -34,7 +34,7 @@ def saving(expects: str, by: np.ndarray, beside: np.ndarray) -> Effect:
 def parsed(doc: str | None, seeds: int) -> argparse.Namespace:
     """The arguments of a program: `--seeds`, which is `seeds` by default, and `--plot`."""
     parser = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=seeds)
+    parser.add_argument("--seeds", type=int, default=seeds, help=f"seeds; by default {seeds}")
     parser.add_argument("--plot", help="file to draw to")
     return parser.parse_args()
 

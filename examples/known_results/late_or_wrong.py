@@ -98,7 +98,9 @@ def main() -> None:
     """Play what the store lacks, print the table, draw the plot."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--seeds", type=int, help="fewer than the study's")
-    parser.add_argument("--store", type=Path, default=Path("late-or-wrong.db"))
+    parser.add_argument(
+        "--store", type=Path, default=Path("late-or-wrong.db"), help="file of the episodes; by default late-or-wrong.db"
+    )
     parser.add_argument("--workers", type=int, help="processes; by default one a core")
     parser.add_argument("--plot", type=Path, help="file to draw to")
     given = parser.parse_args()

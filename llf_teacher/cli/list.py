@@ -56,7 +56,7 @@ def list_(
     )
     if not (found or teachers or students or traits):
         every = [*ids(), *PERSONALITIES.names, *STUDENTS.names, *TRAITS.names]
-        raise ValueError(unknown("name", pattern, every, where="`llf list` without one"))
+        raise ValueError(unknown("name", pattern, every, where="`llf list`"))
     if found:
         console.print("[bold]Environments[/]")
         print_missing()

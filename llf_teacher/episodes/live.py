@@ -80,8 +80,7 @@ class LiveLesson:
         self.reads = "words" if student is None else student.reads
         self.session, self.view, (self.teacher_view,) = assemble(self.family, settings)
         self._policy = None if student is None else student.seat(self.family, self.session.world)
-        self._recorder = Recorder(self.family.name, self.view)
-        self._recorder.measure(self.family, seed, worlds)
+        self._recorder, self._worlds = Recorder(self.family.name, self.view), worlds
         if TEACHER in people and settings.speech == "message":
             self._recorder.read(self.family, PHRASES)
         self.moves: list[tuple[str, Any]] = []
@@ -173,7 +172,7 @@ class LiveLesson:
         inputs, self.inputs = self.inputs[: self._before.pop()], []
         self._open()
         self.play_again(inputs)
-        self._recorder.forget(self.session.moment.turn + self.session.heard)
+        self._recorder.forget(self.session.moment.turn + (self.session.heard or self.session.asked))
         self.undone += 1
 
     def play_again(self, inputs: Iterable[Input]) -> None:
@@ -198,6 +197,7 @@ class LiveLesson:
         self._asked.clear()
         if self._policy is not None:
             self._policy.reset(Seeds(self.seed).stream("student"))
+        self._recorder.measure(self.family, self.seed, self._worlds)
         self.session.open(self.seed)
 
     def _teacher_turn(self, method: str) -> TeacherTurn:
@@ -258,7 +258,8 @@ class LiveLesson:
 
     def _note(self) -> None:
         """Note the turn, now that the teacher has spoken."""
-        if len(self.rows) > self.session.moment.turn:  # a repeated input, already noted
+        if len(self.rows) > self.session.moment.turn:  # noted before: an input played again, or an answer to a question
+            self._recorder.measured(self.session.turn)  # what the student knows grows all the same
             return
         policy = self._policy
         answer = policy.record() if policy is not None and self.session.moment.turn else {}

@@ -109,6 +109,6 @@ def parse_planner(spec: str) -> Planner:
     if call.name not in known:
         raise ValueError(
             "oracle must be a subclass of teachers.oracle.Oracle, or a function that makes an oracle, a planner, or "
-            f"the name of one ({', '.join(known)}), got {spec!r}"
+            f"the name of one ({', '.join(known)}; in options and commands also rewards), got {spec!r}"
         )
     return call.make("oracle", known[call.name])

@@ -165,7 +165,7 @@ def test_a_damaged_store_is_one_line_and_stays_as_it_is(tmp_path, harm, said):
     assert result.returncode == 2
     assert len(result.stderr.strip().splitlines()) == 1
     assert said in result.stderr
-    assert "give another file by --store" in result.stderr
+    assert "take it by --store" in result.stderr
     assert path.read_bytes() == before
     assert not report.exists()
 

@@ -190,7 +190,7 @@ def test_an_unknown_id_is_answered_by_the_nearest():
     with pytest.raises(ValueError, match="did you mean llf-gridworld-v0") as caught:
         llf_teacher.make("llf-gridwrld-v0")
     assert "metaworld" not in str(caught.value)
-    assert f"all {len(llf_teacher.ids())} that are allowed are shown by `llf list`" in str(caught.value)
+    assert f"see `llf list` and llf_teacher.ids() for all {len(llf_teacher.ids())}" in str(caught.value)
 
 
 def test_settings_are_copied_pickled_and_keep_their_own_options():

@@ -134,3 +134,35 @@ def test_a_student_lives_through_what_it_did_again(monkeypatch):
     assert live.rows == rows[:2]
     assert policy.lived == lived[:2]
     assert live.session.moment.action == 1  # of the second turn, of which nothing was said yet
+
+
+def test_an_answer_that_is_taken_back_leaves_the_turn_that_was_heard():
+    def asked():
+        live = lesson({STUDENT, TEACHER}, text=True, ask_cost=0.05, speech="claims")
+        live.move(TEACHER, None)
+        live.move(STUDENT, "ask")
+        return live
+
+    live = asked()
+    live.move(TEACHER, None)
+    live.undo(TEACHER)
+    assert live.rows == asked().rows != []
+
+
+def test_what_claims_say_is_measured_as_if_nothing_had_been_taken_back():
+    def played(actions):
+        settings = Settings(teacher="oracle", text=False, render_mode="ansi", max_turns=6)
+        live = LiveLesson(
+            entry("llf-bandits-BanditTenArmedRandomFixed-v0"), settings, 3, frozenset({STUDENT}), None, 64
+        )
+        for action in actions:
+            live.move(STUDENT, action)
+        return live
+
+    live = played([2, 8, 3])
+    for _ in range(2):
+        live.undo(STUDENT)
+    for action in (5, 5):
+        live.move(STUDENT, action)
+    assert live.rows == played([2, 5, 5]).rows
+    assert any("information" in atom for row in live.rows for atom in row.atoms)

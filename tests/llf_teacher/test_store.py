@@ -41,7 +41,7 @@ def test_a_store_of_another_version_is_refused_and_unchanged(tmp_path, version):
         db.execute(f"PRAGMA user_version = {version}")
     db.close()
     before = path.read_bytes()
-    said = f"of schema version {version}, and must be of version {SCHEMA_VERSION}; give another .* play the study again"
+    said = f"of schema version {version}, and must be of version {SCHEMA_VERSION}; play the study again, and give another file"
     for read_only in (False, True):
         with pytest.raises(StoreError, match=said):
             Store(path, read_only=read_only)
@@ -86,7 +86,7 @@ def test_a_file_that_is_no_database_is_refused_and_unchanged(tmp_path):
 @pytest.mark.parametrize("folder", ["none", "/proc"])
 def test_a_folder_that_cannot_be_written(tmp_path, folder):
     """One that is not there, and one that nobody may write to, not even root."""
-    with pytest.raises(StoreError, match=r"cannot use .*give another file by --store"):
+    with pytest.raises(StoreError, match=r"cannot use .*take it by --store"):
         Store(tmp_path / folder / "s.db")
 
 

@@ -25,7 +25,7 @@ class GridworldPosterior(Posterior[Truth, Gridworld]):
         if not lab.options["map"]:
             raise ValueError(
                 "a gridworld has a posterior only where the student knows the plan of the house: without it, none of "
-                "many thousand houses that its generator draws agrees with a few rooms; pass map=True"
+                "many thousand houses that its generator draws agrees with a few rooms; set the option map=True"
             )
 
     def openings(self, turns: Sequence[WorldTurn[Truth]], rng: np.random.Generator) -> Iterator[Truth]:

@@ -72,6 +72,8 @@ _HALF = "an episode is incomplete"
 _PAGE = 16_384  # bytes; smaller pages would be partly empty
 _ORDER = "id, instruction_type, feedback_type, teacher, student, seed, max_turns, version, rules"
 
+_ANOTHER = "give another file (`llf study run` and `report` take it by --store)"
+
 
 class StoreError(ValueError):
     """A file cannot serve as a store; it was not changed."""
@@ -112,7 +114,7 @@ class Store:
                 self._identity = files.file_identity(path)
                 on_error.pop_all()
         except sqlite3.DatabaseError as error:
-            raise StoreError(f"cannot use {path} as a store: {error}; give another file by --store") from None
+            raise StoreError(f"cannot use {path} as a store: {error}; {_ANOTHER}") from None
 
     def _prepare(self, read_only: bool) -> None:
         application, version = (
@@ -120,11 +122,11 @@ class Store:
         )
         schema = _schema(self._db)
         if schema and application != _APPLICATION_ID:
-            raise StoreError(f"{self.path} is another kind of database; give another file by --store")
+            raise StoreError(f"{self.path} is another kind of database; {_ANOTHER}")
         if schema and version != SCHEMA_VERSION:
             raise StoreError(
-                f"{self.path} is a store of schema version {version}, and must be of version {SCHEMA_VERSION}; give "
-                "another file by --store, and play the study again"
+                f"{self.path} is a store of schema version {version}, and must be of version {SCHEMA_VERSION}; "
+                f"play the study again, and {_ANOTHER}"
             )
         if not schema and read_only:
             raise StoreError(f"{self.path} is empty; give a store that `llf study run` made")
@@ -136,7 +138,7 @@ class Store:
             self._db.executescript(f"BEGIN IMMEDIATE; {_SCHEMA} COMMIT;")
 
     def _damaged(self, what: str) -> StoreError:
-        return StoreError(f"{self.path} is incomplete or damaged: {what}; give another file by --store")
+        return StoreError(f"{self.path} is incomplete or damaged: {what}; {_ANOTHER}")
 
     def check(self) -> None:
         """Check that every episode is complete.
