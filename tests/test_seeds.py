@@ -12,7 +12,7 @@ from pz_envs.parallel_seats import ParallelSeats
 from pz_envs.scripted import SayAll
 from pz_envs.seats import TEACHER
 from pz_envs.subject import TUTORING, seating_names
-from teachers.seeds import STREAMS, Seeds
+from teachers.seeds import STREAMS, Seeds, streams_beside
 from worlds.testing import plain
 
 SEED = 20_077
@@ -72,6 +72,16 @@ def test_every_stream_is_its_own():
 def test_streams_are_apart_from_what_a_world_spawns():
     spawned = np.random.default_rng(7).spawn(50)
     assert not {rng.random() for rng in spawned} & {Seeds(7).stream(name).random() for name in STREAMS}
+
+
+def test_streams_beside_a_generator_are_their_own_and_leave_it_as_it_is():
+    rng, alone = np.random.default_rng(7), np.random.default_rng(7)
+    beside = [stream.random() for stream in streams_beside(rng, 3)]
+    assert beside == [stream.random() for stream in streams_beside(alone, 3)]
+    child, child_alone = rng.spawn(1)[0], np.random.default_rng(7).spawn(1)[0]
+    drawn = [*beside, *[stream.random() for stream in streams_beside(child, 3)], rng.random(), child.random()]
+    assert len(set(drawn)) == len(drawn)
+    assert drawn[-2:] == [alone.random(), child_alone.random()]
 
 
 def test_seeds_without_a_seed_differ():

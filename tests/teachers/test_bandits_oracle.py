@@ -32,6 +32,17 @@ def test_tied_arms_are_all_right(means, best):
     )
 
 
+def test_a_verdict_is_on_the_arm_that_was_pulled():
+    means = (0.9, 0.9, 0.1, 0.1, *[0.2] * 6)
+    truth, world = Arms(means, (1.0,) * 10, 0.0, means), Bandit("TenArmedRandomFixed")
+    started(BanditOracle, world, truth)
+    lab = world.scratch()
+    for verdict, arms in ((PulledBest, (0, 1)), (PulledPoor, (2, 3))):
+        for arm in arms:
+            assert [each for each in range(10) if verdict(action=each).holds(turn(world, truth, arm), lab)] == [arm]
+            assert not verdict(action=arm).holds(opening(truth), lab)
+
+
 @pytest.mark.parametrize("problem", PROBLEMS)
 def test_chance_is_spoken_of_where_arms_pay_by_chance_only(problem):
     world = Bandit(problem)

@@ -4,6 +4,7 @@ from collections import Counter
 from dataclasses import replace
 from functools import cache, lru_cache
 from itertools import combinations
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from shelf import FAMILIES, RICH, lightest, pairs
 
 from teachers.atoms import KINDS, Moment, ParseFailure, contradictions
 from teachers.common import Right, Solved, Truism, TryAgain, Wrong
+from teachers.personalities.mistake import mistake
 
 TURNS, FEW, FEWEST = amount(480, full=800), amount(90, full=150), 20
 
@@ -184,6 +186,12 @@ def test_mistake_errs_at_its_rate(name, eps):
     assert fits(claims - right, claims, eps)
     for _, said, true in turns(name, personality, "oracle"):
         assert len(said) <= len(true)
+
+
+def test_mistake_errs_in_each_claim_by_itself():
+    stage, withheld = mistake(eps=0.5).start(np.random.default_rng(0)), SimpleNamespace(distort=lambda *_: None)
+    kept = [len(stage.speak((TryAgain(),) * 8, withheld)) for _ in range(400)]
+    assert np.var(kept) == pytest.approx(2, rel=0.3)  # binomial; 16 if all claims erred together
 
 
 @on_every_family

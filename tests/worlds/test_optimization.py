@@ -194,6 +194,13 @@ def test_canonical_actions(action):
     assert [type(x) for x in legal] == [float, float]
 
 
+@pytest.mark.parametrize("action", [[-0.0, -0.0], np.array([-0.0, -0.0]), "[-0, -0.0]"])
+def test_a_negative_zero_is_zero(action):
+    world = started()
+    assert str(world.legal(action)) == "(0.0, 0.0)"
+    assert world.describe(world.step(action)[0]).startswith("x = [0, 0]\n")
+
+
 @pytest.mark.parametrize(
     "action",
     [
