@@ -237,7 +237,7 @@ def test_bits_are_measured_where_they_are_wanted():
     assert not audit(GRID, turns=10, students=["random"]).gains
     with pytest.raises(ValueError, match="'poem' has no posterior; families with one: bandits, gridworld"):
         audit("llf-poem-Haiku-v0", turns=10, worlds=16)
-    with pytest.raises(ValueError, match="pass map=True"):
+    with pytest.raises(ValueError, match="set the option map=True"):
         audit(GRID, turns=10, worlds=16, map=False)
 
 

@@ -203,7 +203,7 @@ def test_a_study_says_what_is_missing():
         return Study(ids=[id], teachers=["oracle"], students=["reasoner | stubborn(p=0.3)"], seeds=1, **settings)
 
     with pytest.raises(
-        ValueError, match=r'pass map=True; in the study.s file:\n.options."llf-gridworld-v0".\nmap = true'
+        ValueError, match=r'set the option map=True; in the study.s file:\n.options."llf-gridworld-v0".\nmap = true'
     ):
         study(HOUSE)
     assert study(HOUSE, options={HOUSE: MAP[HOUSE]})

@@ -100,7 +100,7 @@ def test_the_report_says_how_much_was_said_and_what_was_not_measured(results):
     page = results.report().html
     part = page[page.index('<section id="information"') :].partition("</section>")[0]
     assert "the family &#39;poem&#39; has no posterior" in part
-    assert "pass map=True" in part
+    assert "set the option map=True" in part
     assert "<h3>Bandits</h3>" in part
     assert "<h3>Poem</h3>" not in part
     row = part[part.index("<code>oracle</code>") :].partition("</tr>")[0]
