@@ -201,7 +201,7 @@ def test_families_without_a_posterior_say_so():
         if each.name not in able:
             with pytest.raises(ValueError, match="has no posterior; families with one: bandits, gridworld"):
                 each.make_posterior(None)
-    with pytest.raises(ValueError, match=r"only where the student knows the plan of the house.*set the option map=True"):
+    with pytest.raises(ValueError, match=r"only where the student knows the plan of the house.*option map=True"):
         family("gridworld").make_posterior(Gridworld())
 
 

@@ -41,7 +41,7 @@ def test_a_store_of_another_version_is_refused_and_unchanged(tmp_path, version):
         db.execute(f"PRAGMA user_version = {version}")
     db.close()
     before = path.read_bytes()
-    said = f"of schema version {version}, and must be of version {SCHEMA_VERSION}; play the study again, and give another"
+    said = f"of schema version {version}, and must be of version {SCHEMA_VERSION}; play the study again, and give"
     for read_only in (False, True):
         with pytest.raises(StoreError, match=said):
             Store(path, read_only=read_only)

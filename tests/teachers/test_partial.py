@@ -283,7 +283,7 @@ def test_where_no_world_can_be_found_it_is_silent(monkeypatch):
 
 
 def test_a_family_or_a_world_without_a_posterior_refuses(monkeypatch):
-    with pytest.raises(ValueError, match=r"informative needs a posterior: .*set the option map=True; elsewhere use another"):
+    with pytest.raises(ValueError, match=r"informative needs a posterior: .*option map=True; elsewhere use another"):
         llf_teacher.make(GRID, teacher="informative")
     with pytest.raises(ValueError, match="families with one: bandits, gridworld, movies"):
         llf_teacher.make("llf-poem-Haiku-v0", teacher="partial | vague")
