@@ -155,7 +155,7 @@ class ServerLease:
         header = read_header(Path(self._model.path))
         wanted = ServerOptions.read(header.context)
         self._check_memory(memory.needed(header, wanted.context, wanted.slots), wanted)
-        told = {
+        settings = {
             "path": self._model.path,
             "alias": self._model.digest,
             "template": self._model.template,
@@ -165,7 +165,7 @@ class ServerLease:
             **wanted._asdict(),
         }
         (self.folder / "server.json").unlink(missing_ok=True)
-        write(self.folder / "settings.json", told)
+        write(self.folder / "settings.json", settings)
         process = self._spawn()
         while process.poll() is None:
             if found := read_running(self.folder):
@@ -219,8 +219,8 @@ def servers() -> list[tuple[str, Running]]:
 def read_running(path: Path) -> Running | None:
     """The server of a folder, if it has said that it answers."""
     try:
-        told: dict[str, Any] = json.loads((path / "server.json").read_text("utf-8"))
-        return Running(**told)
+        settings: dict[str, Any] = json.loads((path / "server.json").read_text("utf-8"))
+        return Running(**settings)
     except (OSError, ValueError, TypeError):
         return None
 

@@ -24,10 +24,10 @@ def main(folder: Path) -> None:
         sys.exit("another server of this model runs already")
     settings = json.loads((folder / "settings.json").read_text("utf-8"))
     server, url = open_server(settings)
-    told = {name: settings[name] for name in ("key", "slots", "context", "threads")}
+    kept = {name: settings[name] for name in ("key", "slots", "context", "threads")}
     half = folder / f"server.{os.getpid()}.half"
     half.touch(0o600)
-    half.write_text(json.dumps({"url": url, "pid": os.getpid(), **told}), "utf-8")
+    half.write_text(json.dumps({"url": url, "pid": os.getpid(), **kept}), "utf-8")
     half.replace(folder / "server.json")
     users = os.open(folder / "users.lock", os.O_RDWR | os.O_CREAT, 0o600)
     seen = time.monotonic()
