@@ -367,7 +367,7 @@ def unknown(what: str, got: object, allowed: Iterable[str], where: str = "", nea
     nearest names if something better than spelling finds them.
     """
     allowed = tuple(allowed)
-    near = difflib.get_close_matches(str(got), allowed, n=3) if near is None else [*near]
+    near = difflib.get_close_matches(str(got).strip("'"), allowed, n=3) if near is None else [*near]
     hint = f"did you mean {' or '.join(near)}? " if near else ""
     if where:
         return f"unknown {what} {got!r}; {hint}see {where} for all {len(allowed)}"

@@ -77,7 +77,7 @@ def test_who_cannot_serve_says_so_when_a_teacher_is_made(name, spec):
     missing = sorted(parse_personality(spec).needs - able)
     message = f"needs {', '.join(missing)} of the oracle, which .* does not give"
     if POSTERIOR in missing or not missing:
-        message = "needs a posterior: .*(families with one|pass .*=).*; elsewhere use another, such as oracle"
+        message = "needs a posterior: .*(families with one|set the option .*=).*; elsewhere use another, such as oracle"
     for each in (spec, f"oracle | {spec}", f"drifting(to='{spec}')"):
         with pytest.raises(ValueError, match=message):
             family.make_teacher(lab(name), each)
