@@ -48,7 +48,7 @@ class CurriculumEnv(LifetimeEnv):
 
     Turn order: `curriculum_0` chooses a task; then teacher and student play a lesson in it, as in `TutoringEnv`, whose
     spaces and rewards they have. This repeats for all `lessons`. Then `tests` lessons of the last task follow, without
-        a choice; then all agents end. The student's info has the last step of the lesson before, and
+    a choice; then all agents end. The student's info has the last step of the lesson before, and
     teachers observe `episode`, as in `LifetimeEnv`; budgets are for all lessons.
 
     Curriculum: Observation: flat Box, float32, with `curriculum_fields`: the share of remaining lessons, and for each
