@@ -16,7 +16,18 @@ from worlds.posteriors import Draw, Posterior, random_walk, seen
 from worlds.testing import require
 from worlds.world import World, WorldTurn, plain
 
-__all__ = ["CHECKS", "CONFIRMATION", "DRAWS", "HISTORIES", "THRESHOLD", "Ranks", "check_posterior", "history", "rank", "uniformity"]
+__all__ = [
+    "CHECKS",
+    "CONFIRMATION",
+    "DRAWS",
+    "HISTORIES",
+    "THRESHOLD",
+    "Ranks",
+    "check_posterior",
+    "history",
+    "rank",
+    "uniformity",
+]
 
 Make = Callable[[], World[Any]]
 MakePosterior = Callable[[World[Any]], Posterior[Any]]
