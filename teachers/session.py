@@ -419,7 +419,9 @@ class Session:
                 return reward
             said = words = self.said_so_far()
         self.feedback, self.phase = said, STUDENT
-        self.atoms = self.info["atoms"] = self.atoms + atoms_of(words)
+        if type(words) is Utterance:
+            self.atoms += words.atoms
+        self.info["atoms"] = self.atoms
         for teacher in self._listeners:
             teacher.hear(self.atoms)
         if self.observer is not None:
