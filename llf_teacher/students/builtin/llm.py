@@ -8,11 +8,11 @@ import numpy as np
 
 from llf_teacher.models import NoAnswerError
 from llf_teacher.models.model import AsksModel, Model, prompt_facts
-from llf_teacher.models.replies import Answer
-from llf_teacher.students.conversation import Conversation, Message, check_options, digest_of, texts_of
+from llf_teacher.models.replies import LENGTH, Answer
+from llf_teacher.students.conversation import STOPS, Conversation, Message, check_options, digest_of, texts_of
 from llf_teacher.students.student import ModelReply, Student
 from llf_teacher.students.talking import TalkingPolicy
-from pz_envs.text.thoughts import STOPS
+from pz_envs.text.answer_formats import THOUGHT
 from teachers.spec import check_range
 
 _DIGEST = "#"  # separates a folder of prompts from the digest of its files
@@ -38,9 +38,10 @@ class _Policy(TalkingPolicy["LLM"]):
 
     def reply(self, messages: list[Message]) -> str:
         """The action in the model's answer."""
-        stops = {"stop": list(STOPS)} if self.spec.answer == "text" else {}
+        stops = {"stop": list(STOPS)} if self.talk.form == "text" else {}
         self._last = answer = self._model.answer(messages, stops | self.talk.options)
-        return self.talk.answer(answer.split, call=answer.call, input_tokens=answer.usage.input_tokens)
+        cut = answer.finish == LENGTH
+        return self.talk.answer(answer.split, call=answer.call, input_tokens=answer.usage.input_tokens, cut=cut)
 
     def record(self) -> ModelReply:
         """The last answer and its cost."""
@@ -71,9 +72,10 @@ class LLM(AsksModel, Student):
     """Approximate maximum length of a prompt; older history is cut in blocks, never the instruction. None: no limit."""
     answer: str = "text"
     """Form of the model's answer: `text`, a `json` object, or a call of a `tool`."""
+    thought: int = THOUGHT
+    """Greatest number of characters of a thought before the action; 0: no thought. A text is not held to it."""
     prompts: str | None = None
-    """Folder of templates and examples that replace the default, or `neutral`; the spec adds the digest of its files.
-    """
+    """Folder of templates and examples that replace the default; the spec adds the digest of its files."""
     input_price: float | None = None
     output_price: float | None = None
     cached_price: float | None = None
@@ -92,7 +94,7 @@ class LLM(AsksModel, Student):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_options(self.history, self.max_prompt_tokens, self.answer, self.images)
+        check_options(self.history, self.max_prompt_tokens, self.answer, self.images, self.thought)
         check_range("memory", self.memory, 0, 100_000, int)
         if self.prompts is not None:
             object.__setattr__(self, "prompts", _with_digest(self.prompts))
@@ -110,6 +112,7 @@ class LLM(AsksModel, Student):
             max_prompt_tokens=self.max_prompt_tokens,
             images=self.images,
             answer=self.answer,
+            thought=self.thought,
             prompts=self.folder,
             rng=rng,
         )
