@@ -7,12 +7,12 @@ The rule of choice, written down before the runs. The ways are the folders besid
 200 characters before the action, and without a thought where the name ends with `-`. Two models choose,
 SmolLM2-135M-Instruct and Qwen2.5-Coder-0.5B-Instruct; a third model, which no choice saw, confirms.
 
-1. A way that fails 99 % actions or has copies, on either model in gridworld or bandits, is out; if all are out, the ways
-   with the fewest such answers remain.
+1. A way that fails 99 % actions or has copies, on either model in gridworld or bandits, is out; if all are out, the
+   ways with the fewest such answers remain.
 2. Of these the way with the least sum over models and families of (regret with advice) / (regret in silence) is chosen;
    a ratio is at most 1.5 in the sum, and 1 where the regret in silence is 0.
-3. Within 0.1 of the least sum, the way with the fewest words is chosen, and of equal ones the one that says least of what
-   to make of the teacher: `why`, `says`, `advises`.
+3. Within 0.1 of the least sum, the way with the fewest words is chosen, and of equal ones the one that says least of
+   what to make of the teacher: `why`, `says`, `advises`.
 
 An answer copies if it shares five successive words with the prompt around the task: the system message and the question
 without instruction, feedback and observation, with the example if there is one.

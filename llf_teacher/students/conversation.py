@@ -34,8 +34,7 @@ from worlds.world import World
 PROMPTS = Path(__file__).with_name("prompts")
 SYSTEM, TURN, EXAMPLES = "system.j2", "turn.j2", "examples.jsonl"
 STOPS = ("\n\nTeacher:", "\nYour action?", "\nUser:")
-"""Texts that end an answer in words, since the model begins to speak for others; the first are of the default `turn.j2`.
-"""
+"""Texts that end an answer in words, where the model begins to speak for others; the first two are of `turn.j2`."""
 _REVIEW = (
     "The episode is over. The teacher said at its end: {words}\n\nWrite down what helps you to do better in the next "
     "episodes of this task, in at most {most} words and nothing else. All else is forgotten; so are earlier notes."
@@ -76,8 +75,8 @@ class Conversation:
 
     `ask` returns the messages to send; `answer` takes the model's answer and returns the action for the environment.
     It does not send back thoughts between marks such as `<think>`, answers that are no action, or turns of others that
-    the model invented; of an answer that was cut, it sends back the action alone. If an observation has an `image`, the question is a list of parts: the text and the image as a PNG
-    in a data URL.
+    the model invented; of an answer that was cut, it sends back the action alone. If an observation has an `image`, the
+    question is a list of parts: the text and the image as a PNG in a data URL.
 
     Args:
         env: an environment from `llf_teacher.make(..., text=True)`, or a world; for the form of actions and the number
@@ -89,7 +88,8 @@ class Conversation:
         images: number of the latest turns that are sent with their images; earlier turns are sent as text.
         answer: `text`, `json` or `tool`; `options` has the fields that a request needs for the last two.
         thought: greatest number of characters of a thought before the action; 0: no thought.
-        prompts: folder of templates `system.j2` and `turn.j2`; a missing template is the default. Its `examples.jsonl`, if there is one, has an example of a turn per line, an object with `question` and
+        prompts: folder of templates `system.j2` and `turn.j2`; a missing template is the default. Its
+            `examples.jsonl`, if there is one, has an example of a turn per line, an object with `question` and
             `answer`; they stand before the conversation.
         rng: draws the action of the example.
 
@@ -225,7 +225,9 @@ class Conversation:
             return ""
         else:
             words = worded(self._world, taken)
-        return answer_of(self.form, words) if cut else self.said[:_LONGEST]
+        if not cut:
+            return self.said[:_LONGEST]
+        return f"Response: {words}" if self.form == "text" else answer_of(self.form, words)
 
     def did(self, action: str) -> None:
         """Record this action as taken, in place of the last answer."""

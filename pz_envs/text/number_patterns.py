@@ -18,12 +18,13 @@ _FREE = f"[0-9]{{1,{_INTEGERS}}}(\\.[0-9]{{1,{_DECIMALS}}})?"
 def number_pattern(low: float, high: float) -> str:
     """A pattern, without anchors, of numbers from `low` to `high` with at most six decimals.
 
-    It has no other constructs than alternatives, groups, ranges of digits and counts.
+    It has no other constructs than alternatives, groups, ranges of digits and counts. Next to a bound with decimals, a
+    number has at least as many decimals as the bound.
     """
     if not (math.isfinite(low) and math.isfinite(high)):
         return f"-?{_FREE}"
-    least = Decimal(low).quantize(_STEP, ROUND_CEILING)
-    most = Decimal(high).quantize(_STEP, ROUND_FLOOR)
+    least = Decimal(repr(float(low))).quantize(_STEP, ROUND_CEILING)
+    most = Decimal(repr(float(high))).quantize(_STEP, ROUND_FLOOR)
     found = []
     if least < 0:
         found.append(f"-({_unsigned(max(-most, Decimal(0)), -least)})")
