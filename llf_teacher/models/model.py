@@ -22,6 +22,7 @@ from llf_teacher.models.settings import ClientSettings
 from teachers.spec import Spec, check_range
 
 _RESERVED = ("model", "messages", "stream", "n", "tools", "tool_choice", "response_format")
+_TRIAL = 100  # tokens of an answer to a trial, at least
 _LIMIT = 1000  # tokens of an answer that may be thoughts
 _RESOLVED = ("model", "base_url", "endpoint")
 
@@ -162,7 +163,10 @@ class Model:
         if answer != AUTO:
             return AnswerForm(answer)
         asked = self._settings
-        body = {"model": self._name, **asked.sampling(None), **(asked.extra or {})}
+        sampling = asked.sampling(None)
+        if "max_tokens" in sampling:
+            sampling["max_tokens"] = max(sampling["max_tokens"], _TRIAL)
+        body = {"model": self._name, **sampling, **(asked.extra or {})}
         return self._endpoint.form(body, asked.prices)
 
     def answer(
