@@ -126,7 +126,7 @@ class Endpoint:
         return found
 
     def _first_kept(self, request: dict[str, Any], prices: Prices | tuple[float, float] | None) -> AnswerForm:
-        reasons = []
+        reasons: list[str] = []
         for form in FORMS[:-1]:
             try:
                 why = broken(form, self.answer({**request, **trial(form)}, prices))

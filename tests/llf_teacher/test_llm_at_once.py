@@ -11,7 +11,7 @@ from llf_teacher.studies.execution.executors import Work, start
 from llf_teacher.studies.execution.runner import EpisodeError, RunOptions, play_missing
 from llf_teacher.studies.store import Store
 
-ROOM = 390  # words
+ROOM = 206  # words
 
 
 class Slow:
