@@ -33,6 +33,8 @@ from worlds.world import World
 
 PROMPTS = Path(__file__).with_name("prompts")
 SYSTEM, TURN, EXAMPLES = "system.j2", "turn.j2", "examples.jsonl"
+PRESETS = ("neutral",)
+"""Prompts that come with the package, beside the default."""
 STOPS = ("\n\nTeacher:", "\nYour action?", "\nUser:")
 """Texts that end an answer in words, where the model begins to speak for others; the first two are of `turn.j2`."""
 _REVIEW = (
@@ -88,8 +90,8 @@ class Conversation:
         images: number of the latest turns that are sent with their images; earlier turns are sent as text.
         answer: `text`, `json` or `tool`; `options` has the fields that a request needs for the last two.
         thought: greatest number of characters of a thought before the action; 0: no thought.
-        prompts: folder of templates `system.j2` and `turn.j2`; a missing template is the default. Its
-            `examples.jsonl`, if there is one, has an example of a turn per line, an object with `question` and
+        prompts: folder of templates `system.j2` and `turn.j2`, or one of `PRESETS`; a missing template is the default.
+            Its `examples.jsonl`, if there is one, has an example of a turn per line, an object with `question` and
             `answer`; they stand before the conversation.
         rng: draws the action of the example.
 
@@ -300,15 +302,17 @@ def check_options(
 
 
 def texts_of(prompts: Path | str | None) -> dict[str, str]:
-    """The templates of a folder, system and turn, and its examples, if any, by the names of their files.
+    """The templates of a folder or a preset, system and turn, and its examples, if any, by the names of their files.
 
     Raises:
         ValueError: there is no such folder, it has none of them, or one is not valid.
     """
     names = (SYSTEM, TURN, EXAMPLES)
-    folder = PROMPTS if prompts is None else Path(prompts)
+    folder = PROMPTS if prompts is None else PROMPTS / prompts if prompts in PRESETS else Path(prompts)
     if not any((folder / name).is_file() for name in names):
-        raise ValueError(f"prompts must be a folder with any of {', '.join(names)}, got {f'{prompts}'!r}")
+        raise ValueError(
+            f"prompts must be {', '.join(PRESETS)}, or a folder with any of {', '.join(names)}, got {f'{prompts}'!r}"
+        )
     paths = {name: (folder if (folder / name).is_file() else PROMPTS) / name for name in names}
     texts = {name: path.read_text("utf-8-sig") for name, path in paths.items() if path.is_file()}
     seen: dict[str, dict[str, Any]] = {SYSTEM: _SYSTEM_VALUES, TURN: _NO_TURN}

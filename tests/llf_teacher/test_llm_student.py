@@ -245,7 +245,7 @@ def test_prompts_of_ones_own(tmp_path):
     [
         ("{{ secret }}", "is not a valid template: 'secret' is undefined; allowed: instruction, example, answer"),
         ("{% if %}", "is not a valid template"),
-        (None, r"prompts must be a folder with any of system\.j2, turn\.j2, examples\.jsonl"),
+        (None, r"prompts must be neutral, or a folder with any of system\.j2, turn\.j2, examples\.jsonl"),
     ],
 )
 def test_prompts_that_are_none(tmp_path, text, match):
@@ -253,6 +253,21 @@ def test_prompts_that_are_none(tmp_path, text, match):
         (tmp_path / "system.j2").write_text(text)
     with pytest.raises(ValueError, match=match):
         parse_student(f"llm(model='m', prompts={str(tmp_path)!r})")
+
+
+@pytest.mark.parametrize("answer", ANSWERS)
+def test_neutral_prompts_do_not_say_what_to_think_of_the_teacher(answer):
+    with ScriptedEndpoint(lambda request: "Response: north") as server:
+        for prompts in ("", ", prompts='neutral'"):
+            episode(server.url, f", answer='{answer}'{prompts}", max_turns=1)
+    usual, neutral = (contents(request)[0] for request in server.requests)
+    assert "A teacher tells you how to do it better" in usual
+    assert "what the teacher advises" in usual
+    assert "better" not in neutral
+    assert "advises" not in neutral
+    task = usual.split("\n\n")[1]
+    assert task in neutral
+    assert len(contents(server.requests[0])) == len(contents(server.requests[1])) == 2
 
 
 @pytest.mark.parametrize("answer", ANSWERS)

@@ -80,7 +80,8 @@ class LLM(AsksModel, Student):
     thought: int = THOUGHT
     """Greatest number of characters of a thought before the action; 0: no thought. A text is not held to it."""
     prompts: str | None = None
-    """Folder of templates and examples that replace the default; the spec adds the digest of its files."""
+    """Folder of templates and examples that replace the default, or `neutral`; the spec adds the digest of its files.
+    """
     input_price: float | None = None
     output_price: float | None = None
     cached_price: float | None = None
