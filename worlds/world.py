@@ -79,6 +79,11 @@ class World(gymnasium.Env[ObservationT, ActionT], Generic[TruthT, ObservationT, 
     """Whether a text is taken as the action word for word; otherwise `read` looks for the action within it."""
     several_lines: bool = False
     """Whether an action in text form may have several lines; typed at a prompt, it then ends with an empty line."""
+    text_items: tuple[int, int] | None = None
+    """Least and greatest number of texts in an answer that is asked for as a list of texts, such as lines of verse;
+    None: the answer is not asked for as a list."""
+    answer_words: tuple[str, ...] = ()
+    """Words that `read` takes as actions, and that stand for none of their own, such as `stay`."""
     actions_key: str = ""
     """Key of the info that lists the actions that have an effect now; empty if there is no such list."""
     options: dict[str, Any]

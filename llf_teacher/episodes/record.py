@@ -114,6 +114,8 @@ class TurnRow(NamedTuple):
     """The sentences of feedback in the teacher's own words, each by `reading_as_dict`; null if there are none."""
     paid: dict[str, Any] | None = None
     """The cost of a model in the teacher's seat: the fields of `Usage`; null without a model."""
+    form: str | None = None
+    """The form in which a model was asked for its answer: `json`, `tool` or `text`."""
 
 
 class EpisodeRow(NamedTuple):

@@ -53,6 +53,7 @@ class Optimization(World[Truth, dict[str, Any], Point]):
     """
 
     action_parts = ("x1", "x2")
+    answer_words = ("stay",)
     _truth: Truth
 
     def __init__(
