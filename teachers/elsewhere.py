@@ -9,7 +9,7 @@ import numpy as np
 from teachers.atoms import Claim, FeedbackType, Moment
 from teachers.oracle import Oracle
 
-__all__ = ["Elsewhere", "Said"]
+__all__ = ["Elsewhere", "MomentElsewhere"]
 
 _TURNS = 10  # of a lesson, at most
 _KEPT = 10  # moments
@@ -18,7 +18,7 @@ _PLANNED = 0.5  # share of optimal actions, so that there is something to praise
 _SEEDS = 2**31
 
 
-class Said(NamedTuple):
+class MomentElsewhere(NamedTuple):
     """A moment elsewhere, and what is true of it."""
 
     moment: Moment[Any]
@@ -55,9 +55,9 @@ class Elsewhere:
         self._oracle, self._kinds, self._words, self._rng = oracle.twin(), kinds, words, rng
         self.clues = clues
         """Whether the claims include the oracle's clues."""
-        self.moments: deque[Said] = deque(maxlen=_KEPT)
+        self.moments: deque[MomentElsewhere] = deque(maxlen=_KEPT)
         """The last moments, the latest last."""
-        self.reserve: dict[FeedbackType | None, deque[Said]] = {}
+        self.reserve: dict[FeedbackType | None, deque[MomentElsewhere]] = {}
         """For each kind the last moments with most of its claims; they stay when `moments` are used up."""
         self._moment: Moment[Any] | None = None
 
@@ -73,7 +73,7 @@ class Elsewhere:
         if self.clues:
             claims += tuple(clue for clue in oracle.clues(moment.after) if clue.kind in self._kinds)
         kinds = Counter(claim.kind for claim in claims)
-        said = Said(moment, claims, kinds, tuple(map(self._words, claims)))
+        said = MomentElsewhere(moment, claims, kinds, tuple(map(self._words, claims)))
         self.moments.append(said)
         for kind, number in kinds.items():
             kept = self.reserve.setdefault(kind, deque(maxlen=_RARE))

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from teachers.atoms import Claim, Moment, unhedged
 from teachers.common import Late
-from teachers.elsewhere import Elsewhere, Said
+from teachers.elsewhere import Elsewhere, MomentElsewhere
 from teachers.personality import Claims, Personality, Stage, View
 
 _AHEAD = 6  # moments elsewhere before the first turn, to choose from
@@ -88,7 +88,7 @@ def _bare(claim: Claim[Any]) -> Claim[Any]:
     return unhedged(claim.claim if isinstance(claim, Late) else claim)
 
 
-def _matches(wanted: list[_Wanted], said: list[Said]) -> list[_Found | None]:
+def _matches(wanted: list[_Wanted], said: list[MomentElsewhere]) -> list[_Found | None]:
     """For each claim the most similar one of its kind elsewhere; none twice, and none that excludes another."""
     found: list[_Found | None] = []
     for each in wanted:
@@ -98,7 +98,7 @@ def _matches(wanted: list[_Wanted], said: list[Said]) -> list[_Found | None]:
     return found
 
 
-def _of_kind(wanted: _Wanted, said: list[Said]) -> Iterator[_Found]:
+def _of_kind(wanted: _Wanted, said: list[MomentElsewhere]) -> Iterator[_Found]:
     for moment, claims, _, words in said:
         for claim, number in zip(claims, words, strict=True):
             if claim.kind is wanted.claim.kind:

@@ -224,3 +224,23 @@ def test_other_lessons_go_on_and_keep_few_moments():
     assert len(elsewhere.moments) <= 10
     assert {said.moment.turn for said in elsewhere.moments} != {0}
     assert not any(isinstance(claim, Late) for said in elsewhere.moments for claim in said.claims)
+
+
+@pytest.mark.parametrize(
+    "id", ["poem-Haiku-v0", "poem-Tanka-v0", "optimization-Booth-v0", "gridworld-v0", "reco-movie-v0"]
+)
+def test_a_world_elsewhere_has_another_task(id):
+    name = next(name for name in FAMILIES if id in FAMILIES[name].environments)
+    world = FAMILIES[name].make_world(**FAMILIES[name].environments[id])
+    lab = world.scratch()
+    world.reset(seed=1)
+    here = world.truth
+    found = [lab.elsewhere(seed) for seed in (1, 2, 2)]
+    assert found[1] == found[2] != found[0]
+    world.restore(found[0])
+    assert world.truth == found[0]
+    if name == "poem":
+        assert len(found[0].pattern) == len(here.pattern)
+        assert not any(a == b for a, b in zip(found[0].pattern, here.pattern, strict=True))
+    if name == "optimization":
+        assert found[0].shift != here.shift == (0.0, 0.0)

@@ -1,6 +1,7 @@
 """misconception(p): holds one false belief, and acts on it until words correct that belief."""
 
 import dataclasses
+from collections.abc import Hashable
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -83,18 +84,15 @@ class Misconception(Trait):
             return bool(claim.that == believed)
         if isinstance(claim, ActionClaim):
             return claim.kind in (HN, FN) and bool(claim.action == believed)
-        if (
-            claim.kind is not HN
-            or atom.about_turn not in scene.memory.get("turns", ())
-            or _named_elsewhere(type(claim))
-        ):
+        cls: Hashable = type(claim)
+        if claim.kind is not HN or atom.about_turn not in scene.memory.get("turns", ()) or _is_general(cls):
             return False
         texts = [text for field in dataclasses.fields(claim) if isinstance(text := getattr(claim, field.name), str)]  # type: ignore[arg-type]
         return not texts or any(text in str(believed) for text in texts)
 
 
 @cache
-def _named_elsewhere(cls: type[Claim[Any]]) -> bool:
+def _is_general(cls: type[Claim[Any]]) -> bool:
     """Whether a class of claims fits every task, or its family has blame with an action."""
     if cls in common.CLAIMS or cls.tried:
         return True
