@@ -170,6 +170,15 @@ class Poem(World[Truth, int, str]):
         pattern = rng.integers(1, MOST + 1, size=rng.integers(1, MOST + 1)).tolist()
         return {name: pattern[0] if self.form == ONE_NUMBER else pattern}
 
+    def elsewhere(self, seed: int) -> Truth:
+        """A haiku or a tanka gets as many lines, each with another number of syllables than the form requires."""
+        self.reset(seed=seed)
+        if self.form in _PATTERNS:
+            others = ([n for n in _SYLLABLES if n != own] for own in self._truth.pattern)
+            pattern = tuple(each[self.np_random.integers(len(each))] for each in others)
+            self._load(self._truth._replace(pattern=pattern))
+        return self._truth
+
     def _load(self, truth: Truth) -> None:
         self._truth = truth
 

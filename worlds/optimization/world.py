@@ -155,6 +155,14 @@ class Optimization(World[Truth, dict[str, Any], Point]):
             options["func_choice"] = int(rng.integers(len(LOSSES[self.options["loss"]]))) + 1
         return options
 
+    def elsewhere(self, seed: int) -> Truth:
+        """Another first point, and the loss shifted, so that its minimiser is another one."""
+        self.reset(seed=seed)
+        x1, x2 = self._truth.x
+        shift = self._draw_shift(self.np_random)
+        self._load(Truth((x1, x2), Landscape(self.loss, shift).value(x1, x2), shift))
+        return self._truth
+
     def read(self, text: str) -> Point | None:
         """The only pair of numbers in a text, with words that propose it; for `stay` or `stop`, the last proposal."""
         found = list(_PAIR.finditer(text))
