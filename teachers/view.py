@@ -4,8 +4,9 @@ from collections.abc import Callable, Sequence, Set
 from typing import Any
 
 import numpy as np
+from gymnasium import spaces
 
-from teachers.atoms import FN, FP, HN, HP, ActionClaim, Atom, Claim, FeedbackType, HedgedClaim, Moment, R
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Atom, Claim, FeedbackType, HedgedClaim, Moment, R, unhedged
 from teachers.common import (
     HORIZON,
     Better,
@@ -239,6 +240,19 @@ class View:
             return claim
         rungs = bare.coarser(moment, self._oracle.lab) or (() if bare.relative else (self._dim(bare),))
         return _like(claim, rungs[level]) if level < len(rungs) and self.holds(claim) else claim
+
+    def gives_away(self, claim: Claim[Any], hint: Claim[Any]) -> bool:
+        """Whether a claim contradicts a hint about the same turn, or makes it the answer."""
+        bare, dim = unhedged(_bare(claim)), _bare(hint)
+        if self.moment_of(claim) is not self.moment_of(hint):
+            return False
+        only = isinstance(dim, Chance) and bare.kind is FN and isinstance(bare, ActionClaim) and self._actions() == 2
+        return only or dim.excludes(bare) or bare.excludes(dim)
+
+    def _actions(self) -> int | None:
+        """The number of discrete actions; None if there are none."""
+        space = self._oracle.lab.action_space
+        return int(space.n) if isinstance(space, spaces.Discrete) else None
 
     def vague(self, claim: Claim[Any]) -> Claim[Any]:
         """A claim without its numbers and names.
