@@ -20,6 +20,7 @@ from teachers.common import (
     Trap,
     WorseTurn,
     Wrong,
+    rounded,
     sign_of,
 )
 from teachers.fingerprint import Fingerprints
@@ -291,6 +292,13 @@ class View:
             actions.append(action)
             ground.append(None if solved else advised[0])
         return Example.on(tuple(ground), actions=tuple(actions)) if actions else None
+
+    def as_said(self, action: Any) -> Any:
+        """An action with its numbers as phrases state them; the action itself where that is outside of the space."""
+        try:
+            return self._oracle.lab.legal(rounded(action))
+        except ValueError:
+            return action
 
     def better(self, this: Any, that: Any) -> Better | None:
         """The claim that one action is better now than another.

@@ -1,6 +1,7 @@
 """Comparisons hold where values say so, mean the same by their fields, and say what they say to a student."""
 
 import itertools
+import json
 
 import pytest
 from shelf import FAMILIES
@@ -144,3 +145,22 @@ def test_comparing_says_only_comparisons_and_many(name):
     kinds = {type(atom.claim) for said in heard for atom in said.atoms}
     assert kinds == ({Better, BetterTurn, WorseTurn} if name in VALUED else {Better})
     assert name in ROLLED or sum(bool(said.atoms) for said in heard) > 0.8 * sum(bool(said.true) for said in heard)
+
+
+@pytest.mark.parametrize("name", ["metaworld", "parking", "optimization"])
+def test_numbers_of_a_comparison_are_written_as_a_student_writes_them_and_it_holds_of_these(name):
+    """The student's numbers have 16 digits; a claim about an action that is said to four is about that action."""
+    each = family(name)
+    pupil = Pupil(each.make_world, each.make_teacher, max_turns=5)
+    said = 0
+    for episode in pupil.taught(parse_personality("comparing"), 25):
+        for heard in episode:
+            for atom in heard.atoms:
+                lab = pupil.make_world().scratch()
+                for action, text in ((atom.claim.this, atom.claim.first), (atom.claim.that, atom.claim.second)):
+                    assert json.loads(text) == list(action) == [float(f"{number:.4g}") for number in action]
+                    assert text in atom.text
+                    assert lab.legal(action) == action
+                assert atom.claim.holds(heard.moment, lab)
+                said += 1
+    assert said > 5
