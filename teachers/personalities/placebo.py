@@ -21,13 +21,10 @@ class _Truisms(Stage["Placebo"]):
         if claims and not self._lengths:
             self._lengths = [(fact, view.words(Truism(kind=R, fact=fact))) for fact in FACTS]
         said = []
-        left = list(self._lengths)  # so that it says no fact twice in a turn
         for claim in claims:
             self._owed += view.words(claim)
-            if len(left) < _CHOICE:
-                left = list(self._lengths)
-            left.sort(key=lambda each: abs(each[1] - self._owed))
-            fact, words = left.pop(self.rng.integers(_CHOICE))  # so that sentences vary
+            nearest = sorted(self._lengths, key=lambda each: abs(each[1] - self._owed))
+            fact, words = nearest[self.rng.integers(2)]  # so that sentences vary
             self._owed -= words
             said.append(Truism(kind=claim.kind, fact=fact))
         return said
@@ -40,6 +37,3 @@ class Placebo(Personality):
     source = "arXiv 2606.30774"
     reveals = False
     stage = _Truisms
-
-
-_CHOICE = 2  # of the nearest lengths

@@ -519,8 +519,8 @@ def test_a_hedge_covers_a_statement_and_neither_comfort_nor_order_nor_question(v
 
 
 BARE = {
-    *("Probably (about ", "This is right with a probability of about ", "I am only about ", "I am about "),
-    *("The probability that this is right is about ", "", "Probably, ", "Chance "),
+    *("Probably (about ", "This is right with a probability of about ", "I am about "),
+    *("There is a chance of about ", "", "Probably, ", "Chance "),
 }
 """What stands before the probability in hedges without a frame."""
 

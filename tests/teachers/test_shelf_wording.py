@@ -80,10 +80,3 @@ def test_verbose_says_no_fact_twice_before_it_has_said_them_all(name):
         assert all(len(set(facts)) == 3 for facts in spoken)
         first = [fact for facts in spoken[: len(FACTS) // 3] for fact in facts]
         assert len(set(first)) == len(first)
-
-
-@pytest.mark.parametrize("name", ["gridworld", "movies"])
-def test_placebo_says_no_fact_twice_in_a_turn(name):
-    for _, _, said, _ in turns(name, "placebo"):
-        facts = [claim.fact for claim in said[: len(FACTS) - 1]]
-        assert len(set(facts)) == len(facts)
