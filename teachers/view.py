@@ -313,6 +313,10 @@ class View:
         found = self._oracle.judge(tried, HINDSIGHT)
         return Better.on(found[0], this=this, that=that) if found and self._tells(found[0], tried) else None
 
+    def clearly(self, claim: Better) -> bool:
+        """Whether another plan from the same state would hardly give the opposite comparison."""
+        return claim.gain() >= self._oracle.least_gain
+
     def _tells(self, verdict: Claim[Any], moment: Moment[Any]) -> bool:
         """Whether a verdict gives the value of the moment's action, so that a comparison can be checked."""
         return verdict.worth(moment, self._oracle.lab, moment.action) is not None

@@ -13,10 +13,10 @@ _TRIES = 5  # random actions, in search of another first one
 
 
 def as_written(action: Any) -> str:
-    """An action as a student writes it: a text in quotation marks, several numbers as a list."""
+    """An action as a student writes it: several numbers as a list, a text that is no list in quotation marks."""
     if isinstance(action, tuple):
         return f"[{', '.join(map(as_written, action))}]"
-    return f'"{action}"' if isinstance(action, str) else f"{action}"
+    return f'"{action}"' if isinstance(action, str) and action[:1] not in ("[", "{") else f"{action}"
 
 
 def rounded(action: Any) -> Any:

@@ -29,5 +29,5 @@ def comparing(claims: Claims, view: View) -> Claims:
         elif view.moment.before is None:
             return said
         claim = view.better(*map(view.as_said, (plan[0], last)))
-        said += [claim] if claim is not None and view.holds(claim) else []
+        said += [claim] if claim is not None and view.clearly(claim) and view.holds(claim) else []
     return said

@@ -164,3 +164,30 @@ def test_numbers_of_a_comparison_are_written_as_a_student_writes_them_and_it_hol
                 assert atom.claim.holds(heard.moment, lab)
                 said += 1
     assert said > 5
+
+
+def test_lists_of_titles_are_compared_as_they_are_sent():
+    each = family("movies")
+    pupil = Pupil(each.make_world, each.make_teacher, max_turns=5)
+    heard = [
+        atom for episode in pupil.taught(parse_personality("comparing"), 20) for said in episode for atom in said.atoms
+    ]
+    assert heard
+    for atom in heard:
+        assert (atom.claim.first, atom.claim.second) == (atom.claim.this, atom.claim.that)
+        assert f'"{atom.claim.first}"' not in atom.text
+        assert isinstance(json.loads(atom.claim.first), list)
+
+
+def test_a_car_is_not_said_to_park_sooner_by_a_single_action():
+    """Plans of parking are not the shortest, and another plan from the same state can be one action shorter."""
+    each = family("parking")
+    pupil = Pupil(each.make_world, each.make_teacher, max_turns=4)
+    said = [
+        atom.claim
+        for episode in pupil.taught(parse_personality("comparing"), 60)
+        for heard in episode
+        for atom in heard.atoms
+    ]
+    assert said
+    assert min(claim.gain() for claim in said) >= each.oracle_class().least_gain == 2
