@@ -94,21 +94,21 @@ class Phrasebook:
         if problems:
             raise ValueError(f"bad phrases in {source}:\n  " + "\n  ".join(problems))
         framed = {cls: tuple(map(Template, tone.frame(_kind(cls), plain))) for cls, plain in self.items()}
-        templates = _Templates(framed | words._templates)
+        every = _Templates(framed | words._templates)
         # Frames surround a hedge, not the sentence in it. So that sentence is plain, except in a voice without frames.
         # Those of a verdict take it for granted, so that a hedged verdict has none.
         stated = {
-            cls: (() if tone.frames.get(_kind(cls)) else statements(each)) or self._stated[cls]  # type: ignore[arg-type]  # None is no key
-            for cls, each in templates.items()
+            cls: (() if _kind(cls) in tone.frames else statements(each)) or self._stated[cls]
+            for cls, each in every.items()
         }
-        bare = [hedge.source for hedge in templates.get(Probably, ())]
+        bare = [hedge.source for hedge in every.get(Probably, ())]
         hedges = {
             kind: tuple(Template(frame.replace(SENTENCE, hedge)) for frame in frames for hedge in bare)
             for kind, frames in tone.frames.items()
             if kind not in (FeedbackType.HP, FeedbackType.HN)
         }
         toned = object.__new__(Phrasebook)
-        toned._set(templates, _Templates(stated), hedges)
+        toned._set(every, _Templates(stated), hedges)
         return toned
 
     def __deepcopy__(self, memo: dict[int, Any]) -> "Phrasebook":
