@@ -45,6 +45,9 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
     """Whether the oracle or one of its claims reads truths."""
     max_importance: ClassVar[float] = 1.0
     """The upper bound of `importance`."""
+    least_gain: ClassVar[int] = 1
+    """The number of actions by which a way must be shorter than another to be called better; greater than 1 if plans
+    are not the shortest and depend on what was planned before."""
     tier: ClassVar[str] = ""
     """The tier of the planner, such as `exact` (see `teachers.planning`); empty without a planner."""
 

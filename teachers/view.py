@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence, Set
 from typing import Any
 
 import numpy as np
+from gymnasium import spaces
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Atom, Claim, FeedbackType, HedgedClaim, Moment, R, unhedged
 from teachers.common import (
@@ -20,6 +21,7 @@ from teachers.common import (
     WorseTurn,
     Wrong,
     hedge,
+    rounded,
     sign_of,
 )
 from teachers.elsewhere import Elsewhere
@@ -266,6 +268,19 @@ class View:
         rungs = bare.coarser(moment, self._oracle.lab) or (() if bare.relative else (self._dim(bare),))
         return _like(claim, rungs[level]) if level < len(rungs) and self.holds(claim) else claim
 
+    def gives_away(self, claim: Claim[Any], hint: Claim[Any]) -> bool:
+        """Whether a claim contradicts a hint about the same turn, or makes it the answer."""
+        bare, dim = unhedged(_bare(claim)), _bare(hint)
+        if self.moment_of(claim) is not self.moment_of(hint):
+            return False
+        only = isinstance(dim, Chance) and bare.kind is FN and isinstance(bare, ActionClaim) and self._actions() == 2
+        return only or dim.excludes(bare) or bare.excludes(dim)
+
+    def _actions(self) -> int | None:
+        """The number of discrete actions; None if there are none."""
+        space = self._oracle.lab.action_space
+        return int(space.n) if isinstance(space, spaces.Discrete) else None
+
     def vague(self, claim: Claim[Any]) -> Claim[Any]:
         """A claim without its numbers and names.
 
@@ -306,6 +321,13 @@ class View:
             ground.append(None if solved else advised[0])
         return Example.on(tuple(ground), actions=tuple(actions)) if actions else None
 
+    def as_said(self, action: Any) -> Any:
+        """An action with its numbers as phrases state them; the action itself where that is outside of the space."""
+        try:
+            return self._oracle.lab.legal(rounded(action))
+        except ValueError:
+            return action
+
     def better(self, this: Any, that: Any) -> Better | None:
         """The claim that one action is better now than another.
 
@@ -318,6 +340,10 @@ class View:
         tried = self._oracle.try_out(self.moment, this)._replace(over=True)
         found = self._oracle.judge(tried, HINDSIGHT)
         return Better.on(found[0], this=this, that=that) if found and self._tells(found[0], tried) else None
+
+    def clearly(self, claim: Better) -> bool:
+        """Whether another plan from the same state would hardly give the opposite comparison."""
+        return claim.gain() >= self._oracle.least_gain
 
     def _tells(self, verdict: Claim[Any], moment: Moment[Any]) -> bool:
         """Whether a verdict gives the value of the moment's action, so that a comparison can be checked."""
