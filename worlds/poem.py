@@ -46,13 +46,16 @@ _OPTIONS = {LINE_PATTERN: "syllable_req", ONE_NUMBER: "syllable"}
 _LINES = (3, 4, 5, 14, 15, 19)
 _SYLLABLES = (5, 7, 8, 9, 10, 17)
 _BLANK = re.compile(r"\n[ \t]*\n")
-_LEAD = re.compile(  # an announcement, or a title in bold, quotes or behind a mark
-    r"\A(?:[^\n]{1,120}:[ \t]*\n[ \t]*\n|[^\n]{0,60}\b(?:haiku|tanka|poem|verses?)\b[^\n]{0,60}:[ \t]*\n"
-    r"|(?:\#+[ \t]|title:|(?P<mark>\*\*|__))[^\n]{1,80}?(?P=mark)?[ \t]*\n|(?P<mark2>[*_\"])[^\n]{1,80}?(?P=mark2)[ \t]*\n[ \t]*\n)\s*",
-    re.IGNORECASE,
+_LEAD = re.compile(  # an announcement, or a title in bold, in quotes or behind a mark
+    r"""\A (?: [^\n]{1,120}:[ \t]*\n[ \t]*\n
+      | [^\n]{0,60}\b(?:haiku|tanka|poem|verses?)\b[^\n]{0,60}:[ \t]*\n
+      | (?:\#+[ \t]|title:)[^\n]{1,80}\n | (?P<bold>\*\*|__)[^\n]{1,80}(?P=bold)[ \t]*\n
+      | (?P<mark>[*_"])[^\n]{1,80}(?P=mark)[ \t]*\n[ \t]*\n ) \s*""",
+    re.IGNORECASE | re.VERBOSE,
 )
-_COUNTS = re.compile(
-    r"\n\W*(?:syllables?:[ \t]*)?[0-9]{1,2}(?:[ \t]?[-\u2013/,][ \t]?[0-9]{1,2})+(?: syllables)?\W*\Z", re.IGNORECASE
+_COUNTS = re.compile(  # the numbers of syllables behind a poem
+    r"\n[^\w\n]*(?:syllables?:[ \t]*)?[0-9]{1,2}(?:[ \t]?[-\u2013/,][ \t]?[0-9]{1,2})+(?:[ \t]syllables)?[^\w\n]*\Z",
+    re.IGNORECASE,
 )
 
 
@@ -143,7 +146,7 @@ class Poem(World[Truth, int, str]):
 
         A remark, and a title without marks, are known by the number of lines of the paragraph that is then left.
         """
-        poem = _COUNTS.sub("", _LEAD.sub("", text.strip()))
+        poem = _COUNTS.sub("", _LEAD.sub("", text.strip())).rstrip()
         if hasattr(self, "_truth") and not self._truth.demands(len(lines_of(poem))):
             parts = (_LEAD.sub("", part) for part in _BLANK.split(poem))
             right = {part for part in parts if self._truth.demands(len(lines_of(part)))}

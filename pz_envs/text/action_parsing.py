@@ -33,15 +33,19 @@ _KEYS = ("action", "answer", "response", "final_answer", "move", "choice", "comm
 _TOOL = ("arguments", "parameters", "args", "function", "function_call", "tool_call", "tool_calls")
 _BOTH = "the my now next then first please again here instead answer choice this is it"
 _LEADING = frozenset(
-    f"""{_BOTH} me a i i'll i'd i'm we we'll we'd you will would should must shall let let's us your our to so thus hence
-    therefore ok okay sure yes well be choose pick select take try use using go going do propose suggest recommend prefer
-    want plan follow following teacher's advice and with here's final best correct right optimal decision action
-    response command move make number option think - \u2013 : >""".split()
+    f"""{_BOTH} a me us our your to so thus hence therefore ok okay sure yes well just definitely certainly simply
+    i i'll i'd i'm am we we'll we'd let let's will would should must shall be want plan think propose suggest recommend
+    prefer choose pick select take try use using go going do say make move stick follow following teacher's advice and
+    with here's final best correct right optimal decision action response command number option that - \u2013 :
+    """.split()
 )
+"""Words before an action that only choose it."""
 _TRAILING = frozenset(f"{_BOTH} turn time final best too direction way action move".split())
+"""Words behind an action that do not change it."""
 _AROUND = " \t\r\n*_`\"'\u201c\u201d\u2018\u2019\u00ab\u00bb"
 _BRACKETS = {"[": "]", "(": ")", "{": "}", "<": ">"}
 _BULLET = re.compile(r"(?:[>#*\u2022-]+|[-=]>|\u2192)[ \t]+|[0-9]{1,2}[.)][ \t]+(?=[A-Za-z*`\"])")
+_YOU = re.compile(r"\A\W*you (?=(?:should|must)\b)", re.IGNORECASE)
 _NEXT = re.compile(r"[\s*_`]*([A-Za-z]+)")
 _WORD = re.compile(r"[^\s,;:(]+")
 _OWN_CLAUSE = re.compile(r",\s+(?:(?:but|so|and|then|therefore)\s+)?(?=(?:i|i'll|i'd|i'm|we|we'll|let|let's)\s)")
@@ -53,9 +57,13 @@ _OTHERWISE = re.compile(
 )
 _REMARK = re.compile(r"\s*(?:[,;:(\u2013\u2014]|[-=] )")
 _CHANGED = frozenset(
-    """cm mm km inch inches feet degrees radians percent centimetres centimeters reverse reversed opposite swapped
-    inverted negated flipped wrong incorrect rejected forbidden not""".split()
+    (
+        *("cm", "mm", "km", "inch", "inches", "feet", "degrees", "radians", "percent", "centimetres", "centimeters"),
+        *("reverse", "reversed", "opposite", "swapped", "inverted", "negated", "flipped"),
+        *("wrong", "incorrect", "rejected", "forbidden", "not"),
+    )
 )
+"""Words of a remark that make an action another."""
 _DENIAL = re.compile(
     r"\b(?:not|never|cannot|avoid|skip|except|than|instead|but|without)\b|n['\u2019]t\b", re.IGNORECASE
 )
@@ -92,7 +100,7 @@ def the_one(actions: Iterable[Any]) -> Any:
 
 
 def read_line(text: str, world: World[Any], depth: int = 0) -> Any:
-    """The action of a text that is one, else of the first sentence on its first line that chooses one; None: of none."""
+    """The action of a text that is one, else that of a sentence on its first line; None: it has none."""
     if (action := exact_action(text, world, depth)) is not None:
         return action
     found = sentences(text)
@@ -109,7 +117,7 @@ def read_sentence(text: str, world: World[Any], depth: int = 0) -> Any:
     """
     if (action := exact_action(text, world, depth)) is not None:
         return action
-    text = _bare(text)
+    text = _YOU.sub("", _bare(text), count=1)  # "you go north" may tell a story
     lists = isinstance(world.action_space, spaces.Text) and "[" in text
     if text.endswith("?") or (len(text) > _SHORT and not lists):
         return None
@@ -207,9 +215,9 @@ def exact_action(text: str, world: World[Any], depth: int = 0) -> Any:
             for read in (_word, _named, _numbers):
                 if (action := read(form, world)) is not None:
                     return action
-            if form[:1] in ("{", "[", "(", '"') and (value := lenient_value(form)) is not None:
-                if (action := from_json(value, world, depth)) is not None:
-                    return action
+            value = lenient_value(form) if form[:1] in ("{", "[", "(", '"') else None
+            if (action := from_json(value, world, depth)) is not None:
+                return action
         inner = _bare(form)
         if inner == form and _BRACKETS.get(form[:1]) == form[-1:]:
             inner = form[1:-1].strip()

@@ -1,10 +1,11 @@
-"""Reads a student's text as an action. Nothing is ever executed.
+"""Reads a student's text as an action, by one rule. Nothing is ever executed.
 
-What stands between thinking tags is a thought. The action is the first sentence on the line behind the last label
-`Response:`, `Answer:` or `Action:`, or on the next line if that is empty; a thought behind it is none of it. Without a
-label it is the answer's first or last sentence, or JSON, if no other sentence is another action. A sentence is an action
-if it says nothing else but that this is chosen, and why. Where an action is a text word for word, such as a poem, it is
-all that follows the label, up to a thought. All else is no action.
+What stands between thinking tags, or behind `Thought:`, is a thought. The action is the first sentence on the line
+behind the last label `Response:`, `Answer:`, `Action:` or the like, on the next line if that one is empty. Without a
+label it is JSON with an action, or the first or last sentence, if no sentence is another action. A sentence is an
+action if it says only that this action is chosen, and why. A text that is taken word for word, such as a poem, is all
+that stands behind the label, up to a thought, or the whole answer. All else is no action, and so is an answer that is
+taken back.
 """
 
 import json
@@ -28,7 +29,6 @@ from pz_envs.text.action_parsing import (
     the_one,
 )
 from pz_envs.text.answer_place import (
-    Place,
     cleaned,
     fenced,
     find_place,
@@ -50,11 +50,16 @@ _EXCERPT = 80
 _FEW = 5  # places where an answer may end
 _LOOKED_AT = 300  # characters of a refused text in which actions are looked for
 _BACK = re.compile(
-    r"(?:^|[.!?;(\n\u2013\u2014-])\s{0,3}(?:hmm[,.]? )?(?:no(?=[,.!;)]| wait|$)|nope|wait|hold on|actually|correction|oops"
-    r"|scratch that|never ?mind|on (?:second thought|reflection)|or(?! so\b)|i meant?|sorry|cancel|disregard|(?:just )?kidding"
-    r"|edit(?=:)|alternatively|changed my mind)\b"
-    r"|, ?(?:no(?=[,;)])|wait\b)|\b(?:that|this|it)(?: is|['\u2019]s| was| seems| looks) (?:wrong|incorrect|a mistake|not (?:right|correct|my)\b)",
-    re.IGNORECASE,
+    r"""
+    (?:^|[.!?;(\n\u2013\u2014-]) \s{0,3} (?:hmm[,.]?\ )?
+    (?:no(?=[,.!;)]|\ wait|$)|nope|wait|hold\ on|actually|correction|oops|scratch\ that|never\ ?mind
+      |on\ (?:second\ thought|reflection)|or(?!\ so\b)|i\ meant?|sorry|cancel|disregard|(?:just\ )?kidding|edit(?=:)
+      |alternatively|changed\ my\ mind) \b
+    | ,\ ? (?:no(?=[,;)])|wait\b)
+    | \b(?:that|this|it)(?:\ is|['\u2019]s|\ was|\ seems|\ looks)
+      \ (?:wrong|incorrect|a\ mistake|not\ (?:right|correct|my)\b)
+    """,
+    re.IGNORECASE | re.VERBOSE,
 )
 _QUOTATION = re.compile(r"\"[^\"\n]*\"")
 
@@ -124,7 +129,7 @@ def first_answer(answer: str, world: World[Any] | None) -> tuple[str, str]:
     """
     for begin in islice(turns_of_others(answer), _FEW):
         said = answer[:begin].strip().rstrip("-=*_ \n")
-        if find_place(said).label and find_place(said).said or (world is not None and said and _answers(said, world)):
+        if (find_place(said).label and find_place(said).said) or (world is not None and said and _answers(said, world)):
             return said, answer[begin:]
     return answer, ""
 

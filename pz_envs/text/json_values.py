@@ -29,7 +29,7 @@ def finite_value(text: str) -> Any:
 
 
 def lenient_value(text: str) -> Any:
-    """The value of a text that is JSON, also with single quotes, round brackets or a comma too many; None: it is none."""
+    """The value of JSON, also with single quotes, in round brackets or with a comma too many; None: it is no JSON."""
     if text[:1] + text[-1:] == "()":
         text = f"[{text[1:-1]}]"
     requoted = _STRING.sub(lambda found: _requoted(found[0]), text)

@@ -1,7 +1,8 @@
 """Answers of models, each with the action that a reader sees: nearly all are read as it, and none as another.
 
-`answers/labelled.jsonl` has the family, the answer, the action (null: a reader sees none) and, where readers may differ,
-what else they may see (`also`). `written` are in the manner of larger models, and adversarial ones.
+A line has the family, the answer, the action (null: a reader sees none) and, where readers may differ, what else they
+may see (`also`). Those of `written` are in the manner of larger models, or adversarial. `attack.jsonl` was labelled
+when the rule stood: 104 of its 108 clear actions were read, and one story as an action, before a few words were added.
 """
 
 import json
@@ -10,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from pz_envs.family import own_families
-from pz_envs.text.actions import NOTHING, parse_action
 from pz_envs.text.action_parsing import names_any
+from pz_envs.text.actions import NOTHING, parse_action
 from teachers.atoms import ParseFailure
 
 LEAST = 0.98
