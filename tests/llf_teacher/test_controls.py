@@ -3,10 +3,15 @@
 import gymnasium
 import numpy as np
 import pytest
+from commands import llf
 
+import llf_teacher
 from llf_teacher import teach
+from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.gym import StudentEnv
 from llf_teacher.studies import Study, load, run
+from llf_teacher.studies.execution.episode import play
+from llf_teacher.theme.turns import prepare_turns
 from pz_envs.family import all_families
 from teachers.session import Session
 
@@ -87,3 +92,17 @@ def test_a_study_has_it_as_its_baseline(tmp_path):
     # Advice never names the belief, so that nobody is better than silence.
     assert lost["obedient | misconception", FP] == lost["obedient | misconception", "silent"]
     assert words[f"{FP} | misaligned"] / words[f"{FP} | placebo"] == pytest.approx(1, rel=0.15)
+
+
+def test_a_watched_lesson_says_where_each_sentence_is_true(tmp_path):
+    result = llf("play", GRID, "--student", "obedient", "--teacher", "misaligned", "--seed", "3", cwd=tmp_path)
+    assert "[✗ false here, true elsewhere]" in result.stdout
+    assert "[✓ true here, true elsewhere]" in result.stdout
+
+
+def test_a_report_names_claims_of_other_lessons():
+    spec = EpisodeSpec(GRID, "misaligned", "random", "b", "a", 3, 3, llf_teacher.__version__)
+    turns = prepare_turns([turn._asdict() for turn in play(spec).turns], "gridworld")
+    codes = [atom["code"] for turn in turns for atom in turn["atoms"] if atom["kind"] is not None]
+    assert codes
+    assert all(code.endswith(" of another lesson, true there") for code in codes)
