@@ -286,7 +286,14 @@ def _listing(names: tuple[str, ...]) -> re.Pattern[str]:
 
 
 def from_json(value: Any, world: World[Any], depth: int = 0) -> Any:
-    """The action of a JSON value; None: it is no action."""
+    """The action of a JSON value; None: it is no action, or nested too deeply."""
+    try:
+        return _from_value(value, world, depth)
+    except RecursionError:
+        return None
+
+
+def _from_value(value: Any, world: World[Any], depth: int) -> Any:
     if isinstance(value, str):
         return read_line(value, world, depth + 1) if depth < _DEPTH else None
     if isinstance(value, dict):
