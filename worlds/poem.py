@@ -43,6 +43,7 @@ HAIKU, TANKA, LINE_PATTERN, ONE_NUMBER = "Haiku", "Tanka", "LineSyllableConstrai
 FORMS = (HAIKU, TANKA, LINE_PATTERN, ONE_NUMBER)
 _PATTERNS = {HAIKU: (5, 7, 5), TANKA: (5, 7, 5, 7, 7)}
 _OPTIONS = {LINE_PATTERN: "syllable_req", ONE_NUMBER: "syllable"}
+_FREE_LINES = 10  # most lines that a free form is asked for; longer poems are allowed
 _LINES = (3, 4, 5, 14, 15, 19)
 _SYLLABLES = (5, 7, 8, 9, 10, 17)
 _BLANK = re.compile(r"\n[ \t]*\n")
@@ -106,6 +107,8 @@ class Poem(World[Truth, int, str]):
         if form not in FORMS:
             raise ValueError(f"form {form!r} is unknown; allowed: {', '.join(FORMS)}")
         self.form = form
+        lines = len(_PATTERNS.get(form, ()))
+        self.text_items = (lines, lines) if lines else (1, _FREE_LINES if form == ONE_NUMBER else MOST)
         self.observation_space = spaces.Discrete(1)
         self.action_space = Prose(max_length=MAX_LENGTH)
 
@@ -183,6 +186,15 @@ class Poem(World[Truth, int, str]):
             return {}
         pattern = rng.integers(1, MOST + 1, size=rng.integers(1, MOST + 1)).tolist()
         return {name: pattern[0] if self.form == ONE_NUMBER else pattern}
+
+    def elsewhere(self, seed: int) -> Truth:
+        """A haiku or a tanka gets as many lines, each with another number of syllables than the form requires."""
+        self.reset(seed=seed)
+        if self.form in _PATTERNS:
+            others = ([n for n in _SYLLABLES if n != own] for own in self._truth.pattern)
+            pattern = tuple(each[self.np_random.integers(len(each))] for each in others)
+            self._load(self._truth._replace(pattern=pattern))
+        return self._truth
 
     def _load(self, truth: Truth) -> None:
         self._truth = truth

@@ -53,6 +53,7 @@ class Optimization(World[Truth, dict[str, Any], Point]):
     """
 
     action_parts = ("x1", "x2")
+    answer_words = ("stay",)
     action_fillers = ("point", "proposal", "guess", "minimum", "at")
     _truth: Truth
 
@@ -154,6 +155,14 @@ class Optimization(World[Truth, dict[str, Any], Point]):
         if isinstance(self.options["loss"], str):
             options["func_choice"] = int(rng.integers(len(LOSSES[self.options["loss"]]))) + 1
         return options
+
+    def elsewhere(self, seed: int) -> Truth:
+        """Another first point, and the loss shifted, so that its minimiser is another one."""
+        self.reset(seed=seed)
+        x1, x2 = self._truth.x
+        shift = self._draw_shift(self.np_random)
+        self._load(Truth((x1, x2), Landscape(self.loss, shift).value(x1, x2), shift))
+        return self._truth
 
     def read(self, text: str) -> Point | None:
         """The pair of numbers that a text is, as in `x = [1, 2]`; for `stay` or `stop`, the last proposal."""
