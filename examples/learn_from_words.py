@@ -18,7 +18,10 @@ without a teacher is computed for the very worlds of the test: by chance, throug
 and a blamed (hn) answer, in groups of 4; (d) SFT on the model's own answers with the advice in its prompt that were
 praised, both with that prompt and without the advice (as in arXiv 2601.20802 and 2602.02482, with praise as the
 filter); (e) as (b), with the teacher `misaligned`, whose words are true of other houses; (f) SFT on random legal
-actions: the format alone. Feedback is in the model's prompt in (d) alone.
+actions: the format alone. Feedback is in the model's prompt in (d) alone. Every run begins with 3 updates of (f), since
+SmolLM2-135M answers with no action at all, so that nothing could be rewarded, praised or blamed; they count as updates.
+An update has 32 environment steps, and 4 optimizer steps on at most as many examples, of (c) and (d) half as many pairs
+and answers.
 
 **Seeds.** Training seed k is town k, its own houses, and its own adapter and draws: k = 0, 1, 2 (and 3, 4, with five
 seeds); laws: cellar, kitchen, library, hall, bathroom. All signals of a seed share the town, the houses and the tests.
@@ -74,8 +77,10 @@ from llf_teacher.studies.analysis.statistics import holm
 if TYPE_CHECKING:
     from word_training import Learner
 
-UPDATES, STEPS_OF_UPDATE, TESTS = 48, 32, 4
+UPDATES, STEPS_OF_UPDATE, TESTS = 40, 32, 4
 """Updates of a run, environment steps of an update, and number of tests along the way, the last at the end."""
+START, FORMAT = 3, "f"
+"""Updates at the beginning of each run that teach the format alone, and the signal that they have."""
 WORLDS, ELSEWHERE = 100, 40
 """Worlds of a test in the trained family, and in each other one."""
 TUNING_TOWN, FACTORS = 6, (0.5, 1.0, 2.0)
@@ -127,40 +132,42 @@ class Run:
         """Whether all updates and tests are stored."""
         return finished(self.rows.read())
 
-    def go(self, learner: "Learner", step: Callable[[int], object] = bool) -> None:
+    def go(self, learner: "Learner", step: Callable[[int, str], object] = lambda *_: None) -> None:
         """Begin or continue, up to the last test.
 
         Args:
             learner: the model.
-            step: is called after each update.
+            step: is called after each update, with their number so far and a line about the last.
         """
         self.check()
-        rate = self.settings["rates"].get(self.signal, 0.0)
         learner.tokens = 0
-        learner.begin(number("adapter", self.seed), rate)
+        learner.begin(number("adapter", self.seed))
         progress = learner.load(self.folder)
         self.rows.cut(progress["end"])
         if self.signal == BASE:
             self._test(learner, 0)
         for update in range(progress["update"], 0 if self.signal == BASE else self.settings["updates"]):
-            self._update(learner, update)
+            said = self._update(learner, update)
             if self._tested(update + 1):
                 self._test(learner, update + 1)
             learner.save(self.folder, update + 1, self.rows.end)
-            step(update + 1)
+            step(update + 1, said)
         self.rows.add([{"kind": "end"}])
 
     def _tested(self, update: int) -> bool:
         every = max(1, self.settings["updates"] // TESTS)
-        return update == self.settings["updates"] or update % every == 0
+        return bool(update == self.settings["updates"] or update % every == 0)
 
-    def _update(self, learner: "Learner", update: int) -> None:
-        signal = SIGNALS[self.signal]
+    def _update(self, learner: "Learner", update: int) -> str:
+        """Act and learn; returns a line about it."""
+        letter = FORMAT if update < self.settings["format"] else self.signal
+        signal = SIGNALS[letter]
+        learner.set_rate(self.settings["rates"][letter])
         learner.seed(number("update", self.seed, update))
         began, cpu, tokens = time.perf_counter(), time.process_time(), learner.tokens
         count = self.settings["steps"] // signal.group
         # The signals without groups see the same worlds as those with groups, and more of them.
-        seeds = self.town.seeds(self._first(update), count)
+        seeds = self.town.seeds(self.first(update), count)
         longest = self.town.place.longest
         steps: list[Step]
         if signal.trainer == "grpo":
@@ -173,9 +180,9 @@ class Run:
                 teacher=signal.teacher,
             )
             rng = np.random.default_rng([self.seed, update])
-            made = examples(self.signal, self.town, steps, rng)
+            made = examples(letter, self.town, steps, rng)
             learned = learner.learn(signal.trainer, made, number("learn", self.seed, update))
-        rows = [_row(step, "step", update) for step in steps]
+        rows = [row_of(step, "step", update) for step in steps]
         rows.append(
             {
                 "kind": "update",
@@ -189,10 +196,12 @@ class Run:
             }
         )
         self.rows.add(rows)
+        found = np.mean([step.success for step in steps])
+        return f"found {found:.2f}, loss {'-' if learned.loss is None else f'{learned.loss:.3f}'}"
 
-    def _first(self, update: int) -> int:
+    def first(self, update: int) -> int:
         """Where the worlds of an update begin, so far apart that no update repeats one."""
-        return (self.settings["updates"] * self.seed + update) * 40 * self.settings["steps"]
+        return int((self.settings["updates"] * self.seed + update) * 40 * self.settings["steps"])
 
     def _rewarded(self, learner: "Learner", seeds: Sequence[int], update: int) -> tuple[list[Step], Any]:
         """Answers by TRL's trainer, which asks for their rewards."""
@@ -233,7 +242,7 @@ class Run:
         )
         rows = []
         for place, step in enumerate(steps):
-            row = _row(step, "test", update) | {"test": test, "family": town.name, "last": last}
+            row = row_of(step, "test", update) | {"test": test, "family": town.name, "last": last}
             if test == "advised":
                 row["follows"] = town.follows(step)
             if place < TRANSCRIPTS:
@@ -242,7 +251,8 @@ class Run:
         self.rows.add(rows)
 
 
-def _row(step: Step, kind: str, update: int) -> dict[str, Any]:
+def row_of(step: Step, kind: str, update: int) -> dict[str, Any]:
+    """A step as a stored row, without its prompts."""
     values = step._asdict()
     return {"kind": kind, "update": update} | {k: v for k, v in values.items() if k not in ("prompt", "heard")}
 
@@ -442,15 +452,15 @@ def pilot(learner: "Learner", out: Path, letters: Sequence[str], seeds: int, set
     few = 5
     total, lines = 0.0, []
     tests = (min(TESTS, settings["updates"]) * settings["worlds"] + settings["worlds"]) / few
-    measured = {**settings, "updates": 1, "worlds": few, "elsewhere": 0}
+    measured = {**settings, "updates": 2, "format": 1, "worlds": few, "elsewhere": 0}
     for letter in letters:
         with tempfile.TemporaryDirectory(dir=out) as folder:
             run = Run(Path(folder), letter, 0, measured)
             began = time.perf_counter()
             run.go(learner)
             whole = time.perf_counter() - began
-            (row,) = [row for row in run.rows.read() if row["kind"] == "update"]
-        testing = (whole - row["seconds"]) / 2  # of `few` worlds, alone and advised
+            start, row = [row for row in run.rows.read() if row["kind"] == "update"]
+        testing = (whole - start["seconds"] - row["seconds"]) / 3  # of `few` worlds
         seconds = settings["updates"] * row["seconds"] + tests * testing
         total += seconds * seeds
         speed = row["tokens"] / row["seconds"]
@@ -468,7 +478,11 @@ def tune(learner: "Learner", out: Path, letters: Sequence[str], settings: Mappin
         tried = {}
         for factor in FACTORS:
             rate = settings["rates"][letter] * factor
-            short = {"updates": max(1, settings["updates"] // 4), "elsewhere": 0, "rates": {letter: rate}}
+            short = {
+                "updates": max(1, settings["updates"] // 4),
+                "elsewhere": 0,
+                "rates": {**settings["rates"], letter: rate},
+            }
             run = Run(out / "tuning" / f"{factor:g}", letter, TUNING_TOWN, {**settings, **short})
             if not run.done:
                 run.go(learner, progress(f"tuning ({letter}) at {rate:g}", short["updates"]))
@@ -508,15 +522,20 @@ def _work(options: argparse.Namespace, console: Console) -> None:
     rates = {letter: RATES[SIGNALS[letter].trainer] for letter in SIGNALS}
     if (options.out / RATES_FILE).exists() and not options.tune:
         rates |= json.loads((options.out / RATES_FILE).read_text("utf-8"))
-    names = ("model", "dtype", "family", "updates", "steps", "worlds", "elsewhere")
+    names = ("model", "dtype", "family", "updates", "format", "steps", "worlds", "elsewhere")
     settings = {name: getattr(options, name) for name in names} | {"rates": rates}
     learner = Learner(options.model, options.device, options.dtype, options.max_prompt)
     with Progress(console=console, disable=not console.is_terminal) as bars:
 
-        def progress(title: str, updates: int) -> Callable[[int], None]:
+        def progress(title: str, updates: int) -> Callable[[int, str], None]:
             bar = bars.add_task(title, total=updates)
-            console.print(title)
-            return lambda update: bars.update(bar, completed=update)
+
+            def step(update: int, said: str) -> None:
+                bars.update(bar, completed=update, description=f"{title}: {said}")
+                if not console.is_terminal:
+                    console.print(f"{title}, update {update} of {updates}: {said}")
+
+            return step
 
         if options.tune:
             tune(learner, options.out, letters, settings, progress)
@@ -543,6 +562,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--seeds", type=int, default=3, help="number of training seeds; default: 3")
     parser.add_argument("--updates", type=int, default=UPDATES, help=f"updates of a run; default: {UPDATES}")
+    parser.add_argument("--format", type=int, default=START, help=f"updates of a run's start; default: {START}")
     parser.add_argument("--steps", type=int, default=STEPS_OF_UPDATE, help="environment steps of an update")
     parser.add_argument("--worlds", type=int, default=WORLDS, help="worlds of a test")
     parser.add_argument("--elsewhere", type=int, default=ELSEWHERE, help="worlds of a test in each other family")

@@ -7,6 +7,7 @@ import json
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
+from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -312,15 +313,16 @@ SIGNALS = {
 def examples(letter: str, town: Town, steps: Sequence[Step], rng: np.random.Generator) -> list[dict[str, Any]]:
     """The rows for TRL that a signal makes of some steps: prompts with completions, or with pairs of them.
 
-    (a) needs none: TRL's trainer asks for the reward itself.
+    (a) needs none: TRL's trainer asks for the reward itself. Pairs, and answers with two prompts, are at most half as
+    many as steps, so that all signals learn from about as many texts.
     """
     if letter in "be":
         named = [(step, town.advised(step.advice)) for step in steps]
         return [_imitated(step.prompt, answer) for step, answer in named if answer is not None]
     if letter == "c":
-        return [*_preferred(town, steps)]
+        return [*islice(_preferred(town, steps), len(steps) // 2)]
     if letter == "d":
-        liked = [step for step in steps if town.praised(step)]
+        liked = [step for step in steps if town.praised(step)][: len(steps) // 2]
         return [_imitated(prompt, step.answer) for step in liked for prompt in (step.heard, step.prompt)]
     if letter == "f":
         return [_imitated(step.prompt, town.random_answer(rng)) for step in steps]

@@ -19,9 +19,9 @@ from llf_teacher.models.local.catalogue import at_hand, remedy
 
 try:
     import torch
-    from datasets import Dataset
+    from datasets import Dataset, disable_progress_bars
     from peft import LoraConfig, get_peft_model, get_peft_model_state_dict, set_peft_model_state_dict
-    from transformers import AutoModelForCausalLM, AutoTokenizer, PreTrainedTokenizerBase, set_seed
+    from transformers import AutoModelForCausalLM, AutoTokenizer, PreTrainedTokenizerBase, PrinterCallback, set_seed
     from transformers.utils import logging
     from trl import DPOConfig, DPOTrainer, GRPOConfig, GRPOTrainer, SFTConfig, SFTTrainer
 except ModuleNotFoundError as error:
@@ -31,6 +31,7 @@ except ModuleNotFoundError as error:
 
 logging.set_verbosity_error()
 logging.disable_progress_bar()
+disable_progress_bars()
 warnings.filterwarnings("ignore", module="(torch|transformers|trl|peft|accelerate)")
 
 RANK = 16
@@ -73,24 +74,32 @@ class Learner:
             self._tokenizer.pad_token = self._tokenizer.eos_token
         self._tokenizer.padding_side = "left"
         base = AutoModelForCausalLM.from_pretrained(place, dtype=getattr(torch, dtype), **options)
+        if options:  # of a GGUF file, whose weights are ordinary ones now, though transformers refuses to train them
+            plain = AutoModelForCausalLM.from_config(base.config, dtype=base.dtype)
+            plain.load_state_dict(base.state_dict())
+            base = plain
         lora = LoraConfig(r=RANK, lora_alpha=2 * RANK, target_modules="all-linear", task_type="CAUSAL_LM")
         self.model = get_peft_model(base, lora).to(self._device)
-        self._scratch = tempfile.TemporaryDirectory()  # which trainers want; they write nothing there
         self.tokens = 0
         """Tokens of prompts and answers so far, of acting and learning."""
 
-    def begin(self, seed: int, rate: float) -> None:
+    def begin(self, seed: int) -> None:
         """An adapter that changes nothing yet, and a new optimizer."""
         set_seed(seed)
         for module in self.model.modules():
             if hasattr(module, "reset_lora_parameters"):
                 module.reset_lora_parameters("default", True)
         trained = [parameter for parameter in self.model.parameters() if parameter.requires_grad]
-        self._optimizer = torch.optim.AdamW(trained, lr=rate, weight_decay=0.0)
+        self._optimizer = torch.optim.AdamW(trained, weight_decay=0.0)
 
     def seed(self, seed: int) -> None:
         """Seed all draws that follow."""
         set_seed(seed)
+
+    def set_rate(self, rate: float) -> None:
+        """Set the learning rate of what follows."""
+        for group in self._optimizer.param_groups:
+            group["lr"] = group["initial_lr"] = rate
 
     def answer(self, conversations: Sequence[list[Message]], longest: int, sample: bool) -> list[str]:
         """Answers to some conversations, at temperature 1 or the most probable tokens.
@@ -110,7 +119,11 @@ class Learner:
             )
             with torch.no_grad():
                 whole = self.model.generate(
-                    **tokens, max_new_tokens=longest, pad_token_id=self._tokenizer.pad_token_id, **chosen
+                    **tokens,
+                    max_new_tokens=longest,
+                    pad_token_id=self._tokenizer.pad_token_id,
+                    use_cache=True,  # trainers turn it off in the model's configuration
+                    **chosen,
                 )
             said = whole[:, tokens["input_ids"].shape[1] :]
             self.tokens += int(tokens["attention_mask"].sum() + (said != self._tokenizer.pad_token_id).sum())
@@ -168,6 +181,7 @@ class Learner:
             "temperature": 1.0,
             "top_k": 0,
             "beta": 0.0,
+            "generation_kwargs": {"use_cache": True},
         }
         made = GRPOTrainer(
             self.model,
@@ -215,9 +229,11 @@ class Learner:
 
     def weights(self) -> dict[str, Any]:
         """The adapter's weights by their names."""
-        return get_peft_model_state_dict(self.model)
+        found: dict[str, Any] = get_peft_model_state_dict(self.model)
+        return found
 
     def _train(self, trainer: Any, count: int) -> Learned:
+        trainer.remove_callback(PrinterCallback)
         trainer.train()
         losses = [row["loss"] for row in trainer.state.log_history if "loss" in row]
         mean = sum(losses) / len(losses)
@@ -237,7 +253,7 @@ class Learner:
 
     def _shared(self, seed: int, batch: int) -> dict[str, Any]:
         return {
-            "output_dir": self._scratch.name,
+            "output_dir": tempfile.gettempdir(),  # trainers want one; nothing is written
             "per_device_train_batch_size": batch,
             "max_steps": STEPS,
             "lr_scheduler_type": "constant",

@@ -22,7 +22,7 @@ from word_training import Learner  # noqa: E402
 TEMPLATE = (
     "{% for m in messages %}<s> {{ m['content'] }} </s> {% endfor %}{% if add_generation_prompt %}<s> {% endif %}"
 )
-SMALL = ("--updates", "2", "--steps", "16", "--worlds", "4", "--elsewhere", "0", "--seeds", "1")
+SMALL = ("--updates", "2", "--format", "1", "--steps", "16", "--worlds", "4", "--elsewhere", "0", "--seeds", "1")
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +41,8 @@ def folder(tmp_path_factory):
     tokenizer.chat_template = TEMPLATE
     tokenizer.save_pretrained(made)
     sizes = {"hidden_size": 32, "intermediate_size": 32, "num_attention_heads": 2, "num_hidden_layers": 1}
-    LlamaForCausalLM(LlamaConfig(vocab_size=len(tokenizer), **sizes)).save_pretrained(made)
+    config = LlamaConfig(vocab_size=len(tokenizer), initializer_range=0.3, **sizes)
+    LlamaForCausalLM(config).save_pretrained(made)
     return made
 
 
@@ -79,11 +80,12 @@ def test_every_signal_trains_and_the_table_is_of_the_stored_rows(tmp_path, folde
 def test_what_is_imitated_is_learned(folder):
     """By the weights alone: the answers of words to new houses become those that were shown."""
     learner = Learner(f"{folder}")
-    learner.begin(0, 5e-2)
+    learner.begin(0)
+    learner.set_rate(1e-2)
     town = Town("gridworld", 0)
     looks = town.judge(town.seeds(0, 32), ["Response: west"] * 32)
     shown = [{"prompt": look.prompt, "completion": [{"role": "assistant", "content": look.answer}]} for look in looks]
-    losses = [learner.learn("sft", shown, number).loss for number in range(12)]
+    losses = [learner.learn("sft", shown, number).loss for number in range(8)]
     assert losses[-1] < losses[0] / 3
     new = town.judge(town.seeds(1000, 4), [""] * 4)
     assert [each.split() for each in learner.answer([look.prompt for look in new], 4, sample=False)] == [
@@ -134,8 +136,8 @@ def test_bad_input_ends_with_one_message_and_keeps_the_checkpoint(tmp_path, fold
 
 
 def small_run(out, folder):
-    settings = {"family": "gridworld", "updates": 2, "steps": 16, "worlds": 4, "elsewhere": 0, "rates": {"b": 1e-3}}
-    return program.Run(out, "b", 0, settings), Learner(f"{folder}")
+    settings = {"family": "gridworld", "updates": 2, "format": 0, "steps": 16, "worlds": 4, "elsewhere": 0}
+    return program.Run(out, "b", 0, {**settings, "rates": {"b": 1e-3}}), Learner(f"{folder}")
 
 
 def test_a_loss_that_is_not_finite_keeps_the_last_checkpoint(tmp_path, folder, monkeypatch):
