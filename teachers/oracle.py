@@ -1,10 +1,11 @@
 """The interface of oracles, which read a world's truth and state true claims about a turn."""
 
+import copy
 import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Set
 from functools import cached_property
-from typing import Any, ClassVar, Generic
+from typing import Any, ClassVar, Generic, Self
 
 import numpy as np
 
@@ -58,6 +59,13 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
     def lab(self) -> WorldT:
         """A scratch world, made when it is first needed."""
         return self._scratch()
+
+    def twin(self) -> Self:
+        """Another oracle with the same settings and a lab of its own, for other episodes."""
+        memo: dict[int, Any] = {id(self._scratch): self._scratch}
+        if "lab" in vars(self):
+            memo[id(self.lab)] = self._scratch()
+        return copy.deepcopy(self, memo)
 
     @classmethod
     def abilities(cls) -> frozenset[str]:
