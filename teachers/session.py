@@ -419,7 +419,9 @@ class Session:
                 return reward
             said = words = self.said_so_far()
         self.feedback, self.phase = said, STUDENT
-        self.atoms = self.info["atoms"] = self.atoms + atoms_of(words)
+        if type(words) is Utterance:
+            self.atoms += words.atoms
+        self.info["atoms"] = self.atoms
         for teacher in self._listeners:
             teacher.hear(self.atoms)
         if self.observer is not None:
@@ -430,6 +432,11 @@ class Session:
         """What several teachers have said since the student acted, in the order of speaking."""
         said = [words for words in self._spoken if words]
         return Utterance(" ".join(said), tuple(atom for words in said for atom in atoms_of(words)))
+
+    def origin(self, atom: Atom) -> Moment[Any] | None:
+        """The moment elsewhere from which a teacher took a claim; None if the claim is about this lesson."""
+        found = (each.teacher.origin(atom) for each in self.teacher_turns if each.seat == atom.speaker)
+        return next((moment for moment in found if moment is not None), None)
 
     @property
     def turn(self) -> Turn:

@@ -219,6 +219,15 @@ class World(gymnasium.Env[ObservationT, ActionT], Generic[TruthT, ObservationT, 
         """Random options for `reset`, also for audits; by default none."""
         return {}
 
+    def elsewhere(self, seed: int) -> TruthT:
+        """Begin another episode of the same kind, for claims that are true there and not here; returns its truth.
+
+        By default `reset(seed=seed)`. A world where each episode has the same task changes the task: the result must
+        still be a truth that `restore` accepts.
+        """
+        self.reset(seed=seed)
+        return self.truth
+
     def original(self, actions: Sequence[Any], seed: int) -> gymnasium.Env[Any, Any] | None:
         """The environment of another package that this world reimplements, for benchmarks; None if there is none.
 
