@@ -75,7 +75,8 @@ class Settings:
 
     teacher: "str | Personality | Teacher | Any" = "oracle"
     """A personality's spec string, a `Personality` or a `Teacher`, which brings the next four along. In the student's
-    environments also any policy with `reset(rng)` and `act(observation, info)` for the teacher's seat.
+    environments also any policy with `reset(rng)` and `act(observation, info)` for the teacher's seat, and its spec
+    string, such as `my_package.my_module:MyPolicy` or `llm_teacher(model='...')`.
     """
     instruction_type: str = "b"
     """`b` basic, `p` with hindsight on some tried actions, `c` complete."""

@@ -69,8 +69,8 @@ def play(
     teacher: Annotated[
         str,
         typer.Option(
-            help="Spec of the teacher's personality; in the teacher's seat, of the one that offers you claims. To "
-            "watch, also llm_teacher(...) or module:factory.",
+            help="Spec of the teacher's personality, also module:Class; in the teacher's seat, of the one that offers "
+            "you claims. To watch, also llm_teacher(...) or module:factory.",
             autocompletion=complete_teacher,
         ),
     ] = "oracle",
@@ -162,6 +162,7 @@ def _lesson(
     """A lesson with a person in a seat."""
     from llf_teacher.episodes.live import LiveLesson
     from llf_teacher.registry import entry
+    from llf_teacher.speakers.parsing import with_teacher
     from llf_teacher.students.parsing import parse_student
     from pz_envs.settings import Settings
 
@@ -177,6 +178,7 @@ def _lesson(
         options={**found.options, **(found.family.posterior_needs if worlds else {}), **options},
         **settings,
     )
+    lesson = with_teacher(lesson, policies=False)
     return LiveLesson(found, lesson, seed, frozenset((TEACHER if teaches else STUDENT,)), player, worlds)
 
 
@@ -193,10 +195,9 @@ def _watch(
     from llf_teacher.episodes.recorder import Recorder
     from llf_teacher.gym import StudentEnv
     from llf_teacher.models import LLMError
-    from llf_teacher.speakers.parsing import NOBODY, PHRASES, speaks_freely
+    from llf_teacher.speakers.parsing import NOBODY, PHRASES, parse_teacher, speaks_freely
     from llf_teacher.speakers.speaker import Speaker
     from llf_teacher.students.parsing import parse_student
-    from llf_teacher.studies.definition.custom_specs import arguments_of, parse_teacher
 
     search_here()
     player, taught = parse_student(student), parse_teacher(teacher)
@@ -204,7 +205,7 @@ def _watch(
     if isinstance(taught, Speaker):
         taught.check(os.environ)
     with Waiting(f"Preparing {id}"):
-        env = StudentEnv(id, **settings | arguments_of(taught, settings["feedback_type"]), text=player.text)
+        env = StudentEnv(id, **settings, teacher=taught, text=player.text)
         policy = player.seat(env.family, env.session.world)
         recorder = Recorder(env.family.name, env.student_view, env.teacher)
         recorder.read(env.family, PHRASES if speaks_freely(taught) else NOBODY)

@@ -14,9 +14,9 @@ from typing import Any, NamedTuple, cast
 import llf_teacher
 from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.registry import PREFIX, entry, types_of
-from llf_teacher.speakers.parsing import PHRASES, needed_of, reader_spec
+from llf_teacher.speakers.parsing import PHRASES, needed_of, parse_teacher, reader_spec
 from llf_teacher.students.student import Student
-from llf_teacher.studies.definition.custom_specs import parse_teacher, student_spec, teacher_spec
+from llf_teacher.studies.definition.custom_specs import student_spec, teacher_spec
 from llf_teacher.studies.definition.design import BASELINE, SUBSETS, Transfer, check_interim_analyses, check_transfer
 from llf_teacher.studies.definition.names import check_names, short_names
 from llf_teacher.studies.definition.options import check_options, options_of
