@@ -132,7 +132,8 @@ class Settings:
     """None, `ansi`, `rgb_array` or `human`, a window."""
     privileged_info: bool = False
     """Show the truth in frames, and whether each claim holds; in the student's environments also put the `moment` into
-    the info, and `changes`, the numbers and names that a rewriting voice changed.
+    the info, and `true`, a tuple beside `atoms`: whether each is true (None: neither, or it cannot be checked), and
+    `changes`, the numbers and names that a rewriting voice changed.
     """
     theme: str = "light"
     """The theme of frames: `light` or `dark`."""

@@ -47,7 +47,10 @@ def suite(
     workers: Annotated[
         int | None, typer.Option(min=1, help="Parallel processes; by default one for each core.")
     ] = None,
-    budget: Annotated[float | None, typer.Option(min=0, envvar=BUDGET, help=f"Most USD of a model: {BUDGET}.")] = None,
+    llm_budget: Annotated[
+        float | None,
+        typer.Option(min=0, envvar=BUDGET, help="Most USD that a model may cost for this store, earlier runs included."),
+    ] = None,
     turn_seconds: Annotated[
         float | None, typer.Option(min=0.001, help="Seconds of a turn, after which an agent that hangs has failed.")
     ] = None,
@@ -68,8 +71,8 @@ def suite(
     from llf_teacher.suite.estimate import estimate
 
     search_here()
-    if budget is not None:
-        os.environ[BUDGET] = f"{budget}"
+    if llm_budget is not None:
+        os.environ[BUDGET] = f"{llm_budget}"
     for path in card or ():
         check_file(path)
     console = Console(emoji=False, stderr=True, markup=False)
