@@ -49,7 +49,9 @@ def suite(
     ] = None,
     llm_budget: Annotated[
         float | None,
-        typer.Option(min=0, envvar=BUDGET, help="Most USD that a model may cost for this store, earlier runs included."),
+        typer.Option(
+            min=0, envvar=BUDGET, help="Most USD that a model may cost for this store, earlier runs included."
+        ),
     ] = None,
     turn_seconds: Annotated[
         float | None, typer.Option(min=0.001, help="Seconds of a turn, after which an agent that hangs has failed.")

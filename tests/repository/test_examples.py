@@ -100,6 +100,10 @@ def test_a_verdict_on_known_results(monkeypatch, capsys):
     assert "Verdict: open (0 of 3 effects found, 6 seeds)" in capsys.readouterr().out
 
 
+LEFT = {"study": ["quickstart-study.png", "quickstart-study.html"], "learning": ["quickstart-learning.png"]}
+"""The files that a program of the quickstart leaves in the folder."""
+
+
 @pytest.mark.parametrize(
     ("name", "says"),
     [
@@ -108,14 +112,17 @@ def test_a_verdict_on_known_results(monkeypatch, capsys):
         ("agent", r"chat:agent .*\n.* oracle "),
     ],
 )
-def test_a_notebook_of_the_quickstart(name, says):
-    """As a program, shortened; `python docs site` executes it whole."""
+def test_a_notebook_of_the_quickstart(name, says, tmp_path):
+    """As a program, shortened; `python docs site` executes it whole. What it shows and writes stays in the folder."""
     shorter = {"LLF_QUICKSTART_SEEDS": "2", "LLF_QUICKSTART_LIVES": "4", "LLF_QUICKSTART_GENERATIONS": "1"}
     command = [sys.executable, ROOT / "docs" / "quickstart" / f"{name}.py"]
     environment = {**os.environ, "MPLBACKEND": "agg", **shorter}
-    result = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
+    result = subprocess.run(command, capture_output=True, text=True, check=False, env=environment, cwd=tmp_path)
     assert result.returncode == 0, result.stderr
     assert re.search(says, result.stdout)
+    left = re.findall(r"^(?:Figure|Report): (.+)$", result.stdout, re.MULTILINE)
+    assert left == [f"{tmp_path / each}" for each in LEFT.get(name, ())]
+    assert sorted(left) == sorted(map(str, tmp_path.iterdir()))
 
 
 def test_efficiency():
