@@ -31,6 +31,7 @@ __all__ = [
     "Stage",
     "View",
     "check_served",
+    "in_turn",
     "parse_personality",
     "personality",
     "stages_of",
