@@ -1,5 +1,6 @@
 """Results of a study, for scripts and notebooks: episodes as a table, turns, transcripts."""
 
+import contextlib
 import csv
 import itertools
 import warnings
@@ -35,14 +36,16 @@ class Results:
         path: the file.
 
     Raises:
-        StoreError: the file does not exist or is no store.
+        StoreError: the file does not exist, is no store, or lacks episodes that were written.
     """
 
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
         self._store = Store(self.path, read_only=True)
-        if problem := self._store.lost_log():
-            warnings.warn(f"{self.path}: {problem}", RuntimeWarning, stacklevel=2)
+        with contextlib.ExitStack() as on_error:
+            on_error.callback(self.close)
+            self._store.check()
+            on_error.pop_all()
 
     def close(self) -> None:
         """Close the file."""
@@ -51,8 +54,8 @@ class Results:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self.close()
+    def __exit__(self, *error: Any) -> None:
+        self._store.__exit__(*error)
 
     @property
     def episodes(self) -> Any:
@@ -237,7 +240,7 @@ def load(path: Path | str) -> Results:
     """The results in a store.
 
     Raises:
-        StoreError: the file does not exist or is no store.
+        StoreError: the file does not exist, is no store, or lacks episodes that were written.
     """
     return Results(path)
 

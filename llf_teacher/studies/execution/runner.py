@@ -161,7 +161,7 @@ def play_missing(
     """
     options.limits.check()
     with lock_store(store.path):
-        store.check()
+        store.check_rows()
         silent: Callable[..., None] = lambda *_: None  # noqa: E731 (of two callbacks)
         try:
             return _Run(study, store, options, progress or silent, environment or {}, on_interim or silent).play(
