@@ -119,7 +119,7 @@ def read_options(given: list[str] | None) -> dict[str, Any]:
             raise ValueError(f"an option must be NAME=VALUE, as in map_name=8x8, got {each!r}")
         try:
             options[name] = json.loads({"True": "true", "False": "false", "None": "null"}.get(value, value))
-        except ValueError:
+        except (ValueError, RecursionError):
             options[name] = value
     return options
 

@@ -152,7 +152,7 @@ def rollout(
     if "text" in settings:
         raise ValueError(f"rollout always plays in text mode; leave out text={settings['text']!r}")
     if isinstance(seeds, int):
-        check_range("seeds", seeds, 0, 1_000_000_000, int)
+        check_range("seeds", seeds, 0, 1_000_000, int)
     answer = _answering(policy)
     subjects = [ids] if isinstance(ids, str | Subject) else list(ids)
     numbers = list(range(seeds) if isinstance(seeds, int) else seeds)

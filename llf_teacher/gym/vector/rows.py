@@ -30,6 +30,9 @@ SHOWN = frozenset(("render_mode", "theme"))
 """The settings for rendering."""
 
 
+_MOST = 1_000_000  # rows
+
+
 class RowsEnv(VectorEnv[Any, Any, Any]):
     """Lessons in arrays, one in each row; a subclass plays one of the seats.
 
@@ -64,8 +67,8 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
         **defaults: Any,
     ) -> None:
         self.env_id, self.family, own, _ = entry(env_id)
-        if not is_count(num_envs):
-            raise ValueError(f"num_envs must be an integer of at least 1, got {num_envs!r}")
+        if not is_count(num_envs, _MOST):
+            raise ValueError(f"num_envs must be an integer from 1 to {_MOST}, got {num_envs!r}")
         self.settings = Settings.of(
             f"{env_id} in arrays (vectorization_mode='sync' takes more)",
             {**own, **keywords},

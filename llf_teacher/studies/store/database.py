@@ -370,6 +370,10 @@ class Store:
             with contextlib.suppress(sqlite3.Error):
                 if db.in_transaction:  # SQLite may have ended the transaction
                     db.execute("ROLLBACK")
+            if isinstance(error, OverflowError):
+                raise StoreError(
+                    f"{self.path} holds integers below 2**63, got a greater one; give smaller numbers"
+                ) from None
             if isinstance(error, sqlite3.OperationalError):
                 raise StoreError(
                     f"cannot write to {self.path}: {error}; earlier episodes are in it. Solve this, and run the same "

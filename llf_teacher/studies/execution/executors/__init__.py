@@ -11,12 +11,13 @@ from importlib import import_module
 from types import TracebackType
 from typing import Any, Generic, NamedTuple, Protocol, Self, TypeVar
 
-from teachers.spec import unknown
+from teachers.spec import check_range, unknown
 
 T = TypeVar("T", bound=Hashable)
 R = TypeVar("R")
 AHEAD = 3
 """Tasks in progress per worker: enough to keep processes busy, few to lose."""
+MOST_WORKERS = 4096
 NAMES = tuple(sorted({module.name for module in pkgutil.iter_modules(__path__)} - {"batches"}))
 """Names of all executors."""
 HERE = frozenset({"here", "threads"})
@@ -101,13 +102,15 @@ def start(name: str, work: Work[T, R], workers: int | None = None, address: str 
     Args:
         name: one of `NAMES`.
         work: the work.
-        workers: greatest number of tasks at once; None: one per core.
+        workers: greatest number of tasks at once, at most `MOST_WORKERS`; None: one per core.
         address: the address of the cluster, for executors with a cluster.
 
     Raises:
         ValueError: an unknown name, or an argument that the executor does not take.
         ModuleNotFoundError: it needs a package that is not installed; the message says which.
     """
+    if workers is not None:
+        check_range("workers", workers, 1, MOST_WORKERS, int)
     if name not in NAMES:
         raise ValueError(unknown("executor", name, NAMES))
     module: Any = import_module(f"{__name__}.{name}")
