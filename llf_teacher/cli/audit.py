@@ -142,7 +142,10 @@ def _audits(jobs: list[tuple[Any, ...]], workers: int | None) -> Iterator["Audit
         yield _audit(*jobs[0])
         return
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(min(workers or os.cpu_count() or 1, len(jobs)), mp_context=context) as pool:
+    from llf_teacher.studies.execution.executors import end_with_parent
+
+    most = min(workers or os.cpu_count() or 1, len(jobs))
+    with ProcessPoolExecutor(most, mp_context=context, initializer=end_with_parent) as pool:
         futures = [pool.submit(_audit, *job) for job in jobs]
         try:
             for future in as_completed(futures):

@@ -156,7 +156,7 @@ class Endpoint:
         Raises:
             PassingError: there is no answer, and another attempt may succeed.
         """
-        pledge = self._pledge(request, prices)
+        pledge = self._pledge(key, request, prices)
         answer, usage, sent, charged = None, Usage(), Sent(), False
         try:
             started = time.monotonic()
@@ -245,11 +245,12 @@ class Endpoint:
         then = f"; it asks to wait {wait} seconds" if wait else UNREACHED if _is_unsent(error) else hint(status, text)
         return f"{type(error).__name__}: {self._clean(text)[:_EXCERPT]}{then}"
 
-    def _pledge(self, request: dict[str, Any], prices: Prices | None) -> int | None:
-        """Reserve the maximum cost of the answer; wait while other requests have reserved too much."""
-        budget, length = self._settings.budget, length_of(request)
+    def _pledge(self, key: str, request: dict[str, Any], prices: Prices | None) -> int | None:
+        """Note a request, and reserve its maximum cost; wait while other requests have reserved too much."""
+        budget, length, model = self._settings.budget, length_of(request), request["model"]
+        longest = self._settings.timeout * (self._settings.retries + 1) + _WAITS
         if budget is None:
-            return None
+            return self._cache.pledge(None, None, longest, key, model)
         if prices is None:
             raise LLMError(f"a spending limit needs prices for {self.base_url}: input_price and output_price")
         if length is None:
@@ -259,10 +260,9 @@ class Endpoint:
         asked = len(json.dumps(read, ensure_ascii=False).encode())
         asked += _IMAGE * sum(1 for _ in images_of(request))
         usd = (asked * prices.input + length * prices.output) / _TOKENS
-        longest = self._settings.timeout * (self._settings.retries + 1) + _WAITS
         while True:
             try:
-                pledge = self._cache.pledge(usd, budget, longest)
+                pledge = self._cache.pledge(usd, budget, longest, key, model)
             except LookupError:
                 break
             if pledge is not None:

@@ -17,6 +17,7 @@ from design import amount
 from endpoints import KEY, MOVES, NORTH, files_with, ledger
 from studying import rows
 
+from llf_teacher.models.cache import spending
 from llf_teacher.models.testing import Reply, ScriptedEndpoint
 from llf_teacher.studies.definition.study import load_study
 from llf_teacher.studies.execution.runner import play_missing
@@ -114,10 +115,13 @@ def test_a_study_that_is_killed_pays_nothing_twice(tmp_path):
     assert len(rows(tmp_path / "s.db")[0]) == 2 * seeds
     assert set(server.keys) == {f"Bearer {KEY}"}
     assert files_with(KEY, tmp_path) == []
-    assert f"m: {len(after)} requests paid so far" in result.stderr
+    (spent,) = spending(f"{tmp_path / 's.llm.db'}")
+    assert len(before) - len(kept) <= spent["lost"] <= workers, "what was under way may have been paid"
+    assert spent["requests"] == spent["sent"] == len(after) + spent["lost"]
+    assert f"m: {spent['requests']} requests paid so far" in result.stderr
     report = (tmp_path / "r.html").read_text(encoding="utf-8")
     assert "Answers of language models that were paid for" in report
-    assert f"<td>{len(after)}</td>" in report
+    assert f"<td>{spent['requests']}</td>" in report
     assert "Prompt system.j2" in report
 
 

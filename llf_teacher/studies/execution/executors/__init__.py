@@ -4,8 +4,13 @@ An engine does not depend on studies: it calls a function on tasks, in its own p
 runner does not depend on engines: `start` returns an `Executor`.
 """
 
+import ctypes
+import multiprocessing
 import os
 import pkgutil
+import signal
+import sys
+import threading
 from collections.abc import Callable, Hashable
 from importlib import import_module
 from types import TracebackType
@@ -23,6 +28,7 @@ NAMES = tuple(sorted({module.name for module in pkgutil.iter_modules(__path__)} 
 HERE = frozenset({"here", "threads"})
 """Executors that play in this process, so that definitions in a notebook or a program are available."""
 
+_PR_SET_PDEATHSIG = 1  # <linux/prctl.h>
 SPOILED = 77
 """Exit status of a process that an earlier task has spoiled; another process plays its task."""
 
@@ -53,6 +59,25 @@ class Process:
         """End this process, so that the engine plays its task in a new one."""
         if cls.owned:
             os._exit(SPOILED)
+
+
+def end_with_parent() -> None:
+    """Have this process end with the one that started it, even if that is killed.
+
+    On Linux the kernel ends it, whatever it does; elsewhere a thread, which cannot while a loop in C keeps others from
+    running.
+    """
+    parent = multiprocessing.parent_process()
+    if parent is None:
+        return
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+
+    def watch() -> None:
+        parent.join()
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
 
 
 class Lost(NamedTuple):
