@@ -22,7 +22,7 @@ from llf_teacher.models.client import Endpoint
 from llf_teacher.models.replies import Prices
 from llf_teacher.models.settings import ClientSettings
 from llf_teacher.models.testing import Reply, ScriptedEndpoint, completion, refusal, too_long
-from llf_teacher.models.waiting import wait_for
+from llf_teacher.models.waiting import awaited, wait_for
 
 REQUEST = {"model": "m", "messages": [{"role": "user", "content": "north or south?"}], "max_tokens": 10}
 NORTH = "Thought: it said so.\nResponse: north"
@@ -143,6 +143,23 @@ def test_a_failed_request_gives_back_what_it_reserved(tmp_path):
         assert asked.ask(REQUEST, (1e6, 1e6)) == NORTH
     with contextlib.closing(sqlite3.connect(tmp_path / "c.db")) as db:
         assert db.execute("SELECT count(*) FROM under_way").fetchone() == (0,)
+
+
+def test_a_client_in_a_coroutine_that_is_awaited_is_an_error_and_no_request(tmp_path):
+    with ScriptedEndpoint(lambda request: NORTH) as server:
+        asked = endpoint(server.url, tmp_path / "c.db")
+
+        async def agent():
+            return asked.ask(REQUEST)
+
+        async def apart():
+            return await asyncio.to_thread(asked.ask, REQUEST)
+
+        with pytest.raises(RuntimeError, match="would wait for itself for ever"):
+            awaited(agent())
+        assert server.requests == []
+        assert spending(f"{tmp_path / 'c.db'}")[0]["lost"] == 0
+        assert awaited(apart()) == NORTH
 
 
 def test_a_limit_needs_a_longest_answer():

@@ -373,6 +373,19 @@ def test_a_script_with_another_condition_is_told_so_by_its_processes(tmp_path):
     assert 'under `if __name__ == "__main__":`' in told.splitlines()[-1]
 
 
+@pytest.mark.parametrize("arguments", [["-"], [], ["/dev/stdin"]])
+def test_a_script_from_standard_input_is_told_what_to_do(tmp_path, arguments):
+    text = SCRIPT.format(before="", guard='if __name__ == "__main__":\n    ')
+    command = [sys.executable, *arguments]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, input=text, text=True, timeout=120, check=False)
+    assert done.returncode == 1
+    assert re.search(
+        r"StudyError: the script (<stdin>|/dev/stdin) is no file.*; write it to a file, or play in this process by "
+        "workers=1$",
+        done.stderr.splitlines()[-1],
+    )
+
+
 def data_of_this_process():
     """In megabytes, as Linux counts it."""
     status = Path("/proc/self/status").read_text()

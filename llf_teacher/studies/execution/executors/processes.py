@@ -12,6 +12,7 @@ from concurrent.futures.process import BrokenProcessPool
 from functools import partial
 from multiprocessing.context import SpawnContext, SpawnProcess
 from multiprocessing.synchronize import Event
+from pathlib import Path
 from types import FrameType, TracebackType
 from typing import Any, Generic, Self
 
@@ -72,7 +73,7 @@ def _check_guard() -> None:
     """Check that no script begins processes at its top level: each of them would import, and so run, the script.
 
     Raises:
-        ExecutorError: the script that runs has the call outside of any condition.
+        ExecutorError: the script that runs has the call outside of any condition, or is no file.
     """
     main = sys.modules["__main__"]
     if main.__spec__ and main.__spec__.name.endswith("__main__"):
@@ -82,6 +83,11 @@ def _check_guard() -> None:
         frame = frame.f_back
     if frame is None or frame.f_code.co_filename != getattr(main, "__file__", None):
         return  # called by a function elsewhere, in a notebook, or with `python -c`
+    if not Path(frame.f_code.co_filename).is_file():
+        raise ExecutorError(
+            f"the script {frame.f_code.co_filename} is no file, and each of the processes in which it plays would read "
+            "it again; write it to a file, or play in this process by workers=1"
+        )
     with tokenize.open(frame.f_code.co_filename) as file:
         statements = ast.parse(file.read()).body
     called = [each for each in statements if each.lineno <= frame.f_lineno <= (each.end_lineno or each.lineno)]
