@@ -2,7 +2,6 @@
 
 import asyncio
 import importlib.util
-import ipaddress
 import json
 import os
 import re
@@ -14,12 +13,12 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import cache
 from typing import Any
-from urllib.parse import urlsplit
 
 from llf_teacher.models import LLMError, NoAnswerError, SpendingLimitError
 from llf_teacher.models.cache import Cache, Sent
 from llf_teacher.models.hints import UNREACHED, hint, is_page
 from llf_teacher.models.images import images_of
+from llf_teacher.models.proxies import check_proxies, is_here, passes_proxies
 from llf_teacher.models.refusals import adapted, refused
 from llf_teacher.models.replies import FILTERED, Answer, Prices, Usage, read, served
 from llf_teacher.models.retries import PassingError, asked_for, may_pass, pause
@@ -50,7 +49,7 @@ class Endpoint:
 
     Raises:
         ModuleNotFoundError: the extra is not installed.
-        ValueError: the cache cannot be used.
+        ValueError: the cache or a proxy in the environment cannot be used.
     """
 
     def __init__(self, base_url: str, settings: ClientSettings, name: str = "") -> None:
@@ -64,6 +63,7 @@ class Endpoint:
         self._served: dict[str, str] = {}
         if settings.key and _is_open(base_url):
             warnings.warn(f"the API key goes to {base_url} for everyone to read; use https", UserWarning, stacklevel=2)
+        check_proxies(base_url)
         self._cache = Cache(settings.cache)
         self._unsent: dict[str, tuple[str, ...]] = {}
         self._client = openai.AsyncOpenAI(
@@ -71,7 +71,7 @@ class Endpoint:
             api_key=settings.key or "none",
             timeout=None,  # `BoundedClient` limits the time
             max_retries=0,  # see `retries`
-            http_client=BoundedClient(settings.timeout),
+            http_client=BoundedClient(settings.timeout, trust_env=not passes_proxies(base_url)),
         )
         weakref.finalize(self, _close, self._client).atexit = False
 
@@ -116,7 +116,7 @@ class Endpoint:
         try:
             async with asyncio.timeout(_LOOK):
                 reply = await self._client.models.with_raw_response.list()
-            found = served(reply.content.decode("utf-8", "replace"), model)
+            found = served(reply.content.decode("utf-8-sig", "replace"), model)
             return None if found is None else self._clean(found)
         except Exception:  # an endpoint need not have a list
             return None
@@ -208,7 +208,7 @@ class Endpoint:
             model, messages = body.pop("model"), body.pop("messages")
             raw = self._client.chat.completions.with_raw_response
             reply = await raw.create(model=model, messages=messages, extra_body=body)
-            return reply.content.decode("utf-8", "replace"), ""
+            return reply.content.decode("utf-8-sig", "replace"), ""
         except LLMError:
             raise
         except Exception as error:  # any error may quote the key
@@ -235,14 +235,14 @@ class Endpoint:
 
     def _describe(self, error: Exception) -> str:
         status = getattr(error, "status_code", None)
-        wait = error.response.headers.get("retry-after") if status else None  # type: ignore[attr-defined]
+        wait = asked_for(error.response.headers) if status else None  # type: ignore[attr-defined]
         text = " ".join(dict.fromkeys(filter(None, map(str, [error] if status else _causes(error)))))
         body = getattr(error, "body", None)
         if (
             body and text == f"Error code: {status}" and not is_page(f"{body}")
         ):  # in a form that the client does not know
             text += f" - {body}"
-        then = f"; it asks to wait {wait} seconds" if wait else UNREACHED if _is_unsent(error) else hint(status, text)
+        then = f"; it asks to wait {wait:g} seconds" if wait else UNREACHED if _is_unsent(error) else hint(status, text)
         return f"{type(error).__name__}: {self._clean(text)[:_EXCERPT]}{then}"
 
     def _pledge(self, key: str, request: dict[str, Any], prices: Prices | None) -> int | None:
@@ -309,13 +309,7 @@ def _close(client: Any) -> None:
 
 def _is_open(base_url: str) -> bool:
     """Whether requests go unencrypted to another machine."""
-    address = urlsplit(base_url)
-    host = address.hostname or ""
-    try:
-        own = ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        own = host == "localhost" or host.endswith(".localhost")
-    return address.scheme == "http" and not own
+    return base_url.startswith("http:") and not is_here(base_url)
 
 
 def connect(base_url: str, settings: ClientSettings, name: str = "") -> Endpoint:
