@@ -11,6 +11,7 @@ from statistics import fmean
 from typing import TYPE_CHECKING, Any, Self
 
 from llf_teacher.episodes.record import EpisodeRow, EpisodeSpec, TurnRow
+from llf_teacher.escaping import cell_of, text_of_cell
 from llf_teacher.serialization import to_json, write_json_lines
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution import runner
@@ -197,7 +198,8 @@ class Results:
         """Write a table, in constant memory.
 
         Args:
-            path: ends in `.csv`, `.jsonl`, or `.parquet`, which needs pyarrow. The file is replaced.
+            path: ends in `.csv` (see `llf_teacher.studies.read_csv`), `.jsonl`, or `.parquet`, which needs pyarrow. The
+                file is replaced.
             table: `episodes` or `turns`.
 
         Returns:
@@ -278,6 +280,17 @@ def run(
     return load(path)
 
 
+def read_csv(path: Path | str) -> Iterator[dict[str, str]]:
+    """The rows of a table that `Results.export` wrote as CSV, as texts by their columns.
+
+    In the file, a text has an apostrophe in front, which is removed here, if a spreadsheet would run it (it begins with
+    `=`, `+`, `-`, `@`, a tab or a carriage return) or if it begins with an apostrophe.
+    """
+    with Path(path).open(newline="", encoding="utf-8") as file:
+        for row in csv.DictReader(file):
+            yield {name: text_of_cell(cell) for name, cell in row.items()}
+
+
 def _write_csv(path: Path, rows: Rows, columns: Columns) -> int:
     count = 0
     with path.open("w", newline="", encoding="utf-8") as file:
@@ -285,7 +298,10 @@ def _write_csv(path: Path, rows: Rows, columns: Columns) -> int:
         writer.writeheader()
         for row in rows:
             writer.writerow(
-                {name: to_json(value) if isinstance(value, list | dict) else value for name, value in row.items()}
+                {
+                    name: to_json(value) if isinstance(value, list | dict) else cell_of(value)
+                    for name, value in row.items()
+                }
             )
             count += 1
     return count
