@@ -4,6 +4,7 @@ import os
 import random
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from llf_teacher.episodes.record import TurnRow, summary
 from llf_teacher.escaping import escape_control_chars
 from llf_teacher.models.client import Endpoint
 from llf_teacher.models.settings import ClientSettings
+from llf_teacher.registry import entry
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.runner import EpisodeError, play_missing
 from llf_teacher.studies.store import Store
@@ -259,6 +261,26 @@ def test_a_key_that_goes_unencrypted_to_another_machine_is_warned_of(url, warned
         Endpoint(url, ClientSettings(key=key, cache=":memory:", budget=None, timeout=1.0, retries=0))
         said = [str(each.message) for each in recwarn if "for everyone to read; use https" in str(each.message)]
         assert len(said) == (warned and key != "")
+
+
+def test_a_family_without_a_wheel_for_this_python_says_why():
+    family = replace(entry("llf-metaworld-reach-v3").family, world="elsewhere_metaworld:World")
+    family = replace(family, oracle="elsewhere_metaworld:Oracle", python_below=sys.version_info[:2])
+    version = ".".join(map(str, sys.version_info[:2]))
+    why = f"needs 'elsewhere_metaworld', which is not installed; it has no wheel for Python {version} and later: use an"
+    with pytest.raises(ModuleNotFoundError, match=why):
+        family.make_world()
+    assert why in family.missing()
+    later = replace(family, python_below=(sys.version_info[0] + 1, 0))
+    assert later.missing() == ""
+    with pytest.raises(ModuleNotFoundError, match="not installed; run: pip install"):
+        later.make_world()
+
+
+def test_the_marker_and_the_family_name_the_same_python():
+    pyproject = Path(__file__).parents[2] / "pyproject.toml"
+    below = entry("llf-metaworld-reach-v3").family.python_below
+    assert f"metaworld>=3.1; python_version < '{below[0]}.{below[1]}'" in pyproject.read_text(encoding="utf-8")
 
 
 def test_what_needs_an_extra_that_is_missing_is_left_out_and_said_so(tmp_path):
