@@ -106,7 +106,14 @@ def suite(
     table = Table(*heads, title=escape_control_chars(found.student), caption=FINDS)
     for row in rows:
         table.add_row(*row)
-    result = Console(emoji=False, markup=False)
+    result = Console(emoji=False, markup=False, highlight=False)
+    for line in found.lines:
+        result.print(
+            escape_control_chars(f"{line.name}: {line.asked} {line.did} ({line.measured}.) {line.account.words}")
+        )
+        if line.account.episode:
+            read = shlex.join(["llf", "study", "transcript", f"{store}", line.account.episode[:12]])
+            result.print(escape_control_chars(f"  a lesson: {read}"), soft_wrap=True)
     result.print(table)
     for sentence in found.sentences():
         result.print(escape_control_chars(f"- {sentence}"))

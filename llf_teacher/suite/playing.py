@@ -18,7 +18,7 @@ from llf_teacher.suite.pace import Pace
 
 Progress = Callable[[int, int, float], None]
 """Takes the number of completed episodes, their total, and the seconds that are left."""
-Rows = list[Mapping[str, Any]]
+Rows = Sequence[Mapping[str, Any]]
 
 
 class Player:

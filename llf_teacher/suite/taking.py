@@ -5,6 +5,7 @@ import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,11 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from llf_teacher.registry import entry
+from llf_teacher.students.builtin.llm import LLM
 from llf_teacher.students.parsing import parse_student
+from llf_teacher.students.trait import traits_of
+from llf_teacher.studies import load
 from llf_teacher.studies.definition.custom_specs import student_spec
 from llf_teacher.studies.definition.design import TESTER
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.progress import in_words
+from llf_teacher.studies.execution.prompts import first_prompt
+from llf_teacher.suite.account import account_of
 from llf_teacher.suite.card import Card, checksum
 from llf_teacher.suite.environments import ARMS, OPTIONS
 from llf_teacher.suite.experiment import TURNS, Experiment, all_experiments
@@ -169,8 +175,8 @@ def take(
         StudyError: the episodes cannot go on, for example after a spending limit; completed ones are stored.
     """
     began = time.monotonic()
-    spec, experiments, seeds = student_spec(student), chosen(names, quick), seeds_of(key, quick)
-    turns = QUICK_TURNS if quick else TURNS
+    spec, experiments, turns = student_spec(student), chosen(names, quick), QUICK_TURNS if quick else TURNS
+    seeds: Sequence[int] = seeds_of(key, quick)
     player = Player(store, spec, workers, progress, turn_seconds)
     studies = studies_of([spec], experiments, seeds, turns)
     player.begin(studies)
@@ -194,7 +200,22 @@ def take(
         player.play(studies)
     rows, lost = player.results(studies)
     scores = {name: scored(each, spec, rows, seeds) for name, each in experiments.items()}
-    return Card.of(spec, experiments, scores, rows, lost, suite=VERSION, digest=digest(), key=key, quick=quick)
+    with load(store) as results:
+        form = _form_of(spec)
+        accounts = {name: account_of(each, spec, rows, seeds, results, form) for name, each in experiments.items()}
+    settings = {"suite": VERSION, "digest": digest(), "key": key, "quick": quick, "left_out": left_out}
+    return Card.of(spec, experiments, scores, rows, lost, accounts, **settings)
+
+
+def _form_of(spec: str) -> Callable[[str], str]:
+    """For a student that asks a model, the text of its first prompt in an environment, by id; empty for others."""
+    student, _ = traits_of(parse_student(spec))
+
+    @cache
+    def form(id: str) -> str:
+        return first_prompt(id, student, **OPTIONS.get(id, {})) if isinstance(student, LLM) else ""
+
+    return form
 
 
 def by_need(experiments: Mapping[str, Experiment]) -> list[str]:
@@ -249,7 +270,8 @@ def _in_time(
 def _too_slow(player: Player, student: str) -> str:
     """Why an experiment does not fit the quick suite."""
     speed = max(player.pace.turn_seconds(student).values(), default=0.0)
-    return f"at {speed:.2g} s a turn it does not fit {QUICK_SECONDS // 60} minutes; the same command goes on with it"
+    minutes = QUICK_SECONDS // 60
+    return f"at {speed:.2g} s a turn it does not fit {minutes} minutes; the same command goes on with what fits then"
 
 
 def scored(experiment: Experiment, student: str, rows: Iterable[Mapping[str, Any]], seeds: Sequence[int]) -> Score:
