@@ -194,7 +194,7 @@ def take(
         announce(Outlook(tuple(experiments), left_out, number, player.missing(spec), player.seconds_left, speeds))
     if hurry and player.seconds_left > QUICK_SECONDS / 4:
         experiments = _in_time(player, spec, experiments, seeds, began + QUICK_SECONDS)
-        left_out = {name: _too_slow(player, spec) for name in QUICK if name not in experiments}
+        left_out = {name: _too_slow(player, spec) for name in QUICK if name not in experiments} | left_out
         studies = studies_of([spec], experiments, seeds, turns)
     else:
         player.play(studies)

@@ -238,7 +238,7 @@ def test_the_card_of_a_model_that_obeys(tmp_path):
     with ScriptedEndpoint(obeys) as server:
         card = take(student(server.url), tmp_path / "it.db", (), True, workers=1)
     by_name = {each.name: each for each in card.lines}
-    assert by_name["advice"].did.startswith("It did: the teacher spared it 1")
+    assert re.match(r"It did: the teacher spared it \d+% of the loss", by_name["advice"].did)
     assert by_name["turncoat"].did.startswith("It lost by this, 1")
     assert by_name["advice"].account.followed == by_name["advice"].account.advised == 40
     assert by_name["advice"].account.words.startswith("All of its 120 answers were actions.")
