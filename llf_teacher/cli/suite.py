@@ -69,7 +69,7 @@ def suite(
     from llf_teacher.suite import take
     from llf_teacher.suite.card import FINDS, check_file
     from llf_teacher.suite.estimate import estimate
-    from llf_teacher.suite.taking import Outlook
+    from llf_teacher.suite.taking import Outlook, is_model
 
     search_here()
     command = escape_control_chars(shlex.join(["llf", *sys.argv[1:]]))
@@ -80,7 +80,7 @@ def suite(
     console = Console(emoji=False, stderr=True, markup=False)
     console.print(f"The student plays {estimate(student, only or (), quick, key)}, less what {store} has already,")
     console.print("and the references, whose scores are the units, play as well. The first episodes measure the speed.")
-    if store.exists() and ":" in student:
+    if store.exists() and ":" in student and not is_model(student):
         console.print("If your code has changed since, give another --store: episodes are known by their spec.")
     with StudyProgress(console, measured=True) as progress, warnings.catch_warnings():
         warnings.filterwarnings("ignore", message=r"\d+ of \d+ episodes failed")  # the card gives the reason

@@ -218,6 +218,11 @@ def _form_of(spec: str) -> Callable[[str], str]:
     return form
 
 
+def is_model(spec: str) -> bool:
+    """Whether a student asks a model by a spec that has all that decides its answers."""
+    return isinstance(traits_of(parse_student(student_spec(spec)))[0], LLM)
+
+
 def by_need(experiments: Mapping[str, Experiment]) -> list[str]:
     """The names of experiments, those that rest on few others first."""
     return sorted(experiments, key=lambda name: len(experiments[name].rests_on))

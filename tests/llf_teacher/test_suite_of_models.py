@@ -30,7 +30,7 @@ def obeys(request):
         request["messages"][0]["content"],
         *(each["content"] for each in request["messages"] if each["role"] == "user"),
     )
-    arms = re.findall(r"\b(?:arm|next turn is) (\d)\b", " ".join(said))
+    arms = re.findall(r"(?i)\b(?:arm|next turn is) (\d)\b", " ".join(said))
     return f"Response: {arms[-1] if arms else len(said) % 10}"
 
 
@@ -279,6 +279,7 @@ def test_a_lesson_can_be_opened(scripted, tmp_path):
     assert "a turn takes" in " ".join(done.stderr.split())
     assert "Ctrl-C ends it; the same command goes on: llf suite --student obedient" in done.stderr
     (command,) = re.findall(r"a lesson: llf (study transcript llf-suite\.db [0-9a-f]{12})\n", done.stdout)
+    assert "If your code has changed" not in done.stderr
     opened = llf(*command.split(), cwd=tmp_path).stdout
     assert "[5] student: " in opened
     for file in files[:2]:
