@@ -5,8 +5,14 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from llf_teacher.escaping import escape_control_chars
+from llf_teacher.gym import make
 from llf_teacher.models.replies import LENGTH
+from llf_teacher.students.builtin.llm import LLM
+from llf_teacher.students.conversation import text_of
+from llf_teacher.studies.definition.custom_specs import arguments_of, parse_teacher
 from llf_teacher.studies.results import Results
 from llf_teacher.suite.experiment import Experiment
 
@@ -114,6 +120,16 @@ def account_of(
         followed=sum(row["followed"] for row in taught),
         **_lesson(own, worse if experiment.margin is not None else better, results),
     )
+
+
+def first_prompt(id: str, student: LLM, **options: Any) -> str:
+    """The text that a model gets in an environment before any feedback: the prompt's form, and the instruction."""
+    env = make(id, **arguments_of(parse_teacher("silent"), "a"), text=True, **options)
+    talk = student.conversation(env, np.random.default_rng(0))
+    observation, _ = env.reset(seed=0)
+    text = "\n".join(map(text_of, talk.ask(observation)))
+    env.close()
+    return text
 
 
 def copies(answer: str, form: str) -> bool:

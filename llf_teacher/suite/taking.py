@@ -21,8 +21,7 @@ from llf_teacher.studies.definition.custom_specs import student_spec
 from llf_teacher.studies.definition.design import TESTER
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.progress import in_words
-from llf_teacher.studies.execution.prompts import first_prompt
-from llf_teacher.suite.account import account_of
+from llf_teacher.suite.account import account_of, first_prompt
 from llf_teacher.suite.card import Card, checksum
 from llf_teacher.suite.environments import ARMS, OPTIONS
 from llf_teacher.suite.experiment import TURNS, Experiment, all_experiments

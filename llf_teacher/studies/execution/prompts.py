@@ -1,4 +1,4 @@
-"""The prompts of a lesson, made with random play; no model is asked."""
+"""The lengths of a lesson's prompts, measured with random play; no model is asked."""
 
 import json
 from collections.abc import Mapping
@@ -15,7 +15,7 @@ from llf_teacher.students.conversation import text_of
 from llf_teacher.studies.definition.custom_specs import arguments_of, parse_teacher
 from pz_envs.text.answer_formats import written
 
-__all__ = ["bytes_of_prompts", "first_prompt"]
+__all__ = ["bytes_of_prompts"]
 
 _REPLY = "That was not the best that you could do here. Try another way, and look at what the state tells you."
 
@@ -47,13 +47,3 @@ def bytes_of_prompts(lesson: EpisodeSpec, student: LLM) -> int:
         over = terminated or truncated
     env.close()
     return counter.bytes
-
-
-def first_prompt(id: str, student: LLM, **options: Any) -> str:
-    """The text that a model gets in an environment before any feedback: the prompt's form, and the instruction."""
-    env = make(id, **arguments_of(parse_teacher("silent"), "a"), text=True, **options)
-    talk = student.conversation(env, np.random.default_rng(0))
-    observation, _ = env.reset(seed=0)
-    text = "\n".join(map(text_of, talk.ask(observation)))
-    env.close()
-    return text
