@@ -109,10 +109,10 @@ def suite(
     result = Console(emoji=False, markup=False, highlight=False)
     for line in found.lines:
         result.print(
-            escape_control_chars(f"{line.name}: {line.asked} {line.did} ({line.measured}.) {line.account.words}")
+            escape_control_chars(f"{line.name}: {line.asked} {line.did} ({line.measured}.) {line.answers.words}")
         )
-        if line.account.episode:
-            read = shlex.join(["llf", "study", "transcript", f"{store}", line.account.episode[:12]])
+        if line.answers.episode:
+            read = shlex.join(["llf", "study", "transcript", f"{store}", line.answers.episode[:12]])
             result.print(escape_control_chars(f"  a lesson: {read}"), soft_wrap=True)
     result.print(table)
     for sentence in found.sentences():

@@ -17,7 +17,7 @@ import llf_teacher
 from llf_teacher.escaping import escape_control_chars
 from llf_teacher.studies.analysis.power import least_effect
 from llf_teacher.studies.analysis.statistics import LEAST, Estimate, holm
-from llf_teacher.suite.account import Account
+from llf_teacher.suite.answers import AnswerSummary
 from llf_teacher.suite.experiment import all_experiments, asked
 from llf_teacher.suite.score import ALPHA, Score
 from teachers.spec import unknown
@@ -34,7 +34,7 @@ HEARD = 0.8
 """Least score that counts as the whole ability in words."""
 _WELL = {"obedient": "a scripted student that obeys", "reasoner": "a scripted student that reasons"}
 """References by the beginning of their spec, in plain words."""
-_LATER = ("account", "left_out")
+_LATER = ("answers", "left_out")
 """Fields that cards of earlier releases lack."""
 _COUNTED = ("episodes", "turns", "answers", "input_tokens", "output_tokens", "usd")
 _MOST = 1e12
@@ -59,7 +59,7 @@ class AbilityLine(Score):
     """The least contrast that the test detects with a power of 0.8, at the level of Holm's first step; None without
     one.
     """
-    account: Account = field(default_factory=Account)
+    answers: AnswerSummary = field(default_factory=AnswerSummary)
     """How the student answered, and a lesson to read."""
 
     @property
@@ -87,7 +87,7 @@ class AbilityLine(Score):
             return f"Whether it {self.ability} was not shown: it {self.note}."
         if self.above:
             return f"It {'did' if self.score >= HEARD else 'did in part'}: {spared}."
-        low = " Its answers failed so often that this need not be deafness." * self.account.failed
+        low = " Its answers failed so often that this need not be deafness." * self.answers.failed
         if self.high is not None and self.high < HEARD / 2:
             return f"It did not: {spared}, no more than chance explains.{low}"
         return f"This is open: {spared}, and chance explains as much.{low}"
@@ -143,12 +143,12 @@ class Card:
         scores: Mapping[str, Score],
         rows: Sequence[Mapping[str, Any]],
         lost: Sequence[Mapping[str, Any]],
-        accounts: Mapping[str, Account] = MappingProxyType({}),
+        answers: Mapping[str, AnswerSummary] = MappingProxyType({}),
         **settings: Any,
     ) -> Self:
         """The card of scores, by name as what was asked, from the rows of episodes and failures of this and others.
 
-        Accounts are by name, too. Settings are `suite`, `digest`, `key`, `quick` and `left_out`.
+        Summaries of answers are by name, too. Settings are `suite`, `digest`, `key`, `quick` and `left_out`.
         """
         played, failed = ([row for row in each if row["student"] == student] for each in (rows, lost))
         cost = {name: math.fsum(row.get(name) or 0 for row in played) for name in _COUNTED}
@@ -165,8 +165,8 @@ class Card:
                 "moments_p": moments_p[i],
             }
             values |= {"silence": each.silence and replace(each.silence, p=silent_p[i])}
-            account = accounts.get(name, Account())
-            lines.append(AbilityLine(name=name, ability=asked[name].ability, account=account, **values))
+            values |= {"answers": answers.get(name, AnswerSummary())}
+            lines.append(AbilityLine(name=name, ability=asked[name].ability, **values))
         return cls(
             student=student,
             lines=lines,
@@ -194,13 +194,13 @@ class Card:
         in_part = " in part" * (best is not None and (best.score or 0) < 0.5)
         said = [f"The student {best.ability}{in_part}: {best.words}." if best else none]
         said += [f"Whether it {each.ability} was not shown: it {each.note}." for each in noted]
-        less = [each for each in plain if each.high is not None and each.high < 0.5 and not each.account.failed]
+        less = [each for each in plain if each.high is not None and each.high < 0.5 and not each.answers.failed]
         lacking = sorted(less, key=lambda each: each.high or 0)
         weak = "; ".join(f"{each.ability} ({each.words})" for each in lacking[:3])
         if weak:
             more = f"; and {len(lacking) - 3} more" * (len(lacking) > 3)
             said.append(f"Less than half of what the reference has: {weak}{more}.")
-        elif not noted and not any(each.account.failed for each in plain):
+        elif not noted and not any(each.answers.failed for each in plain):
             said.append("No interval lies below half of what the reference has.")
         said += self._failed()
         names = "; ".join(each.ability for each in self.lines if each.score is None)
@@ -209,11 +209,11 @@ class Card:
 
     def _failed(self) -> list[str]:
         """What is said of abilities in whose lessons many answers failed, with a sample of one."""
-        failed = [each for each in self.lines if each.account.failed]
+        failed = [each for each in self.lines if each.answers.failed]
         if not failed:
             return []
-        counts = "; ".join(f"{e.ability} (of {e.account.turns} {', '.join(e.account.faults)})" for e in failed)
-        worst = max(failed, key=lambda each: each.account.no_action / each.account.turns).account
+        counts = "; ".join(f"{e.ability} (of {e.answers.turns} {', '.join(e.answers.faults)})" for e in failed)
+        worst = max(failed, key=lambda each: each.answers.no_action / each.answers.turns).answers
         return [f"Answers failed, so that a low score need not be deafness: {counts}.", worst.sample]
 
     def _not_asked(self) -> list[str]:
@@ -322,26 +322,26 @@ class Card:
 
 def _told(line: AbilityLine) -> list[str]:
     """An ability in Markdown: what was asked, what the student did, and a lesson to open."""
-    account = line.account
+    answers = line.answers
     parts = [
         f"## {line.name}: {line.ability}",
         "",
-        f"{line.asked} **{line.did}** ({line.measured}.) {account.words}",
+        f"{line.asked} **{line.did}** ({line.measured}.) {answers.words}",
         "",
     ]
-    if not account.transcript:
+    if not answers.transcript:
         return parts
-    fence = "`" * max(3, 1 + max(map(len, re.findall("`+", account.transcript)), default=0))
+    fence = "`" * max(3, 1 + max(map(len, re.findall("`+", answers.transcript)), default=0))
     lesson = [
         "<details><summary>A lesson, turn by turn</summary>",
         "",
         fence,
-        account.transcript,
+        answers.transcript,
         fence,
         "",
         "</details>",
     ]
-    return [*parts, account.sample, "", *lesson, ""]
+    return [*parts, answers.sample, "", *lesson, ""]
 
 
 def adjusted(p: Sequence[float | None]) -> list[float | None]:

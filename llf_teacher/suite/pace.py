@@ -35,7 +35,7 @@ class Pace:
         self._recent: dict[Key, deque[_Played]] = {}
 
     def add(self, spec: EpisodeSpec, seconds: float, turns: int) -> None:
-        """Take an episode into account.
+        """Take an episode into answers.
 
         Args:
             spec: the episode.

@@ -21,7 +21,7 @@ Progress = Callable[[int, int, float], None]
 Rows = Sequence[Mapping[str, Any]]
 
 
-class Player:
+class SuitePlayer:
     """Plays what the store lacks; an episode that fails is played again by the next player only.
 
     Args:

@@ -21,11 +21,11 @@ from llf_teacher.studies.definition.custom_specs import student_spec
 from llf_teacher.studies.definition.design import TESTER
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.progress import in_words
-from llf_teacher.suite.account import account_of, first_prompt
+from llf_teacher.suite.answers import answers_of, first_prompt
 from llf_teacher.suite.card import Card, checksum
 from llf_teacher.suite.environments import ARMS, OPTIONS
 from llf_teacher.suite.experiment import TURNS, Experiment, all_experiments
-from llf_teacher.suite.playing import Player, Progress
+from llf_teacher.suite.playing import SuitePlayer, Progress
 from llf_teacher.suite.score import ALPHA, LEVELS, Arms, Score, score
 from teachers.common import FACTS
 from teachers.spec import unknown
@@ -176,7 +176,7 @@ def take(
     began = time.monotonic()
     spec, experiments, turns = student_spec(student), chosen(names, quick), QUICK_TURNS if quick else TURNS
     seeds: Sequence[int] = seeds_of(key, quick)
-    player = Player(store, spec, workers, progress, turn_seconds)
+    player = SuitePlayer(store, spec, workers, progress, turn_seconds)
     studies = studies_of([spec], experiments, seeds, turns)
     player.begin(studies)
     player.measure(studies)
@@ -201,9 +201,9 @@ def take(
     scores = {name: scored(each, spec, rows, seeds) for name, each in experiments.items()}
     with load(store) as results:
         form = _form_of(spec)
-        accounts = {name: account_of(each, spec, rows, seeds, results, form) for name, each in experiments.items()}
+        answers = {name: answers_of(each, spec, rows, seeds, results, form) for name, each in experiments.items()}
     settings = {"suite": VERSION, "digest": digest(), "key": key, "quick": quick, "left_out": left_out}
-    return Card.of(spec, experiments, scores, rows, lost, accounts, **settings)
+    return Card.of(spec, experiments, scores, rows, lost, answers, **settings)
 
 
 def _form_of(spec: str) -> Callable[[str], str]:
@@ -241,7 +241,7 @@ def quick_plans(seeds: Sequence[int]) -> Iterator[tuple[dict[str, Experiment], S
     yield {ordered[0]: whole[ordered[0]]}, seeds[:fewest]
 
 
-def _fitting(player: Player, student: str, seeds: Sequence[int]) -> tuple[dict[str, Experiment], Sequence[int]]:
+def _fitting(player: SuitePlayer, student: str, seeds: Sequence[int]) -> tuple[dict[str, Experiment], Sequence[int]]:
     """The first plan of the quick suite that fits its time and has all that was begun; else the least."""
     best = chosen(quick=True), seeds
     for plan in quick_plans(seeds):
@@ -255,7 +255,7 @@ def _fitting(player: Player, student: str, seeds: Sequence[int]) -> tuple[dict[s
 
 
 def _in_time(
-    player: Player, student: str, experiments: Mapping[str, Experiment], seeds: Sequence[int], until: float
+    player: SuitePlayer, student: str, experiments: Mapping[str, Experiment], seeds: Sequence[int], until: float
 ) -> dict[str, Experiment]:
     """Play experiments one after the other, as long as the next one fits the time or was begun; returns these."""
     played: dict[str, Experiment] = {}
@@ -271,7 +271,7 @@ def _in_time(
     return {name: each for name, each in experiments.items() if name in played}
 
 
-def _too_slow(player: Player, student: str) -> str:
+def _too_slow(player: SuitePlayer, student: str) -> str:
     """Why an experiment does not fit the quick suite."""
     speed = max(player.pace.turn_seconds(student).values(), default=0.0)
     minutes = QUICK_SECONDS // 60

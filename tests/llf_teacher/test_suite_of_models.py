@@ -14,7 +14,7 @@ from llf_teacher.models.testing import Reply, ScriptedEndpoint, completion
 from llf_teacher.studies.execution import worker
 from llf_teacher.studies.execution.progress import StudyProgress, in_words
 from llf_teacher.suite import Card, all_experiments, take, taking
-from llf_teacher.suite.account import Account, copies
+from llf_teacher.suite.answers import AnswerSummary, copies
 from llf_teacher.suite.card import CardError, checksum
 
 pytestmark = pytest.mark.usefixtures("no_settings")
@@ -214,12 +214,12 @@ def test_answers_that_fail_are_counted_and_not_called_deafness(tmp_path, fault):
     with ScriptedEndpoint(FAULTS[fault]) as server:
         card = take(student(server.url), tmp_path / "it.db", ["hints"], True, workers=1)
     (line,) = card.lines
-    assert line.account.turns == 240
-    assert getattr(line.account, fault) == 240
+    assert line.answers.turns == 240
+    assert getattr(line.answers, fault) == 240
     text = " ".join(card.sentences())
     assert "Less than half" not in text
     assert "Answers failed, so that a low score need not be deafness: combines hints" in text
-    assert repr(line.account.answered) in text
+    assert repr(line.answers.answered) in text
     for form in (card.as_markdown(), card.as_html()):
         assert "of its 240 answers 240 " in form.lower()
 
@@ -240,8 +240,8 @@ def test_the_card_of_a_model_that_obeys(tmp_path):
     by_name = {each.name: each for each in card.lines}
     assert re.match(r"It did: the teacher spared it \d+% of the loss", by_name["advice"].did)
     assert by_name["turncoat"].did.startswith("It lost by this, 1")
-    assert by_name["advice"].account.followed == by_name["advice"].account.advised == 40
-    assert by_name["advice"].account.words.startswith("All of its 120 answers were actions.")
+    assert by_name["advice"].answers.followed == by_name["advice"].answers.advised == 40
+    assert by_name["advice"].answers.words.startswith("All of its 120 answers were actions.")
     assert "The quick suite cannot judge, and the whole one asks, whether it heeds warnings;" in card.sentences()[-1]
 
 
@@ -261,7 +261,7 @@ def test_students_with_known_defects_are_described(scripted, spec, name, did):
     (line,) = (each for each in take(spec, scripted, (), True, workers=1).lines if each.name == name)
     assert re.match(did, line.did), line.did
     assert line.asked
-    assert line.account.transcript.count("student: ") == 5
+    assert line.answers.transcript.count("student: ") == 5
     assert "8 worlds" in line.measured or line.score is None
 
 
@@ -285,18 +285,18 @@ def test_a_lesson_can_be_opened(scripted, tmp_path):
     for file in files[:2]:
         assert "<details><summary>A lesson, turn by turn</summary>" in file.read_text()
         assert "[5] student: " in file.read_text()
-    assert Card.load(files[2]).lines[0].account.transcript.strip() == opened.strip()
+    assert Card.load(files[2]).lines[0].answers.transcript.strip() == opened.strip()
 
 
 def test_cards_of_earlier_releases_are_read(scripted, tmp_path):
     values = json.loads(take("obedient", scripted, ["advice"], True, workers=1).as_json())
-    del values["checksum"], values["left_out"], values["lines"][0]["account"]
+    del values["checksum"], values["left_out"], values["lines"][0]["answers"]
     path = tmp_path / "old.json"
     path.write_text(json.dumps(values | {"checksum": checksum(values)}))
-    assert Card.load(path).lines[0].account == Account()
-    values["lines"][0]["account"] = {"turns": -1}
+    assert Card.load(path).lines[0].answers == AnswerSummary()
+    values["lines"][0]["answers"] = {"turns": -1}
     path.write_text(json.dumps(values | {"checksum": checksum(values)}))
-    with pytest.raises(CardError, match=r"account: missing or unknown: advised"):
+    with pytest.raises(CardError, match=r"answers: missing or unknown: advised"):
         Card.load(path)
 
 

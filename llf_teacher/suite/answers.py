@@ -25,7 +25,7 @@ _WORD = re.compile(r"\w+")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Account:
+class AnswerSummary:
     """What a student did in the lessons of an experiment, over all its teachers."""
 
     turns: int = 0
@@ -80,14 +80,14 @@ class Account:
         return f"It was sent {self.asked!r} and answered {self.answered!r}, {taken}."
 
 
-def account_of(
+def answers_of(
     experiment: Experiment,
     student: str,
     rows: Iterable[Mapping[str, Any]],
     seeds: Sequence[int],
     results: Results,
     form: Callable[[str], str],
-) -> Account:
+) -> AnswerSummary:
     """What a student did in the lessons of an experiment.
 
     Args:
@@ -109,9 +109,9 @@ def account_of(
         and row["seed"] in asked
     ]
     if not own:
-        return Account()
+        return AnswerSummary()
     taught = [row for row in own if row["teacher"] == better]
-    return Account(
+    return AnswerSummary(
         turns=sum(row["turns"] for row in own),
         no_action=sum(row["parse_failures"] for row in own),
         cut=sum(row["truncated"] or 0 for row in own),
