@@ -25,7 +25,7 @@ from llf_teacher.suite.answers import answers_of, first_prompt
 from llf_teacher.suite.card import Card, checksum
 from llf_teacher.suite.environments import ARMS, OPTIONS
 from llf_teacher.suite.experiment import TURNS, Experiment, all_experiments
-from llf_teacher.suite.playing import SuitePlayer, Progress
+from llf_teacher.suite.playing import Progress, SuitePlayer
 from llf_teacher.suite.score import ALPHA, LEVELS, Arms, Score, score
 from teachers.common import FACTS
 from teachers.spec import unknown
