@@ -209,6 +209,7 @@ def _watch(
         recorder = Recorder(env.family.name, env.student_view, env.teacher)
         recorder.read(env.family, PHRASES if speaks_freely(taught) else NOBODY)
     _put(console, Text(f"Seed {seed}. Student: {player}. Teacher: {taught}. Ctrl-C leaves.", "dim"))
+    form = None
     try:
         turns = play_turns(env, policy, seed)
         while True:
@@ -216,7 +217,10 @@ def _watch(
                 turn = next(turns, None)
             if turn is None:
                 break
-            _show_turn(console, recorder.note(**(policy.record() if turn.moment.turn else {})), env.family.name)
+            row = recorder.note(**(policy.record() if turn.moment.turn else {}))
+            if form is None and (form := getattr(policy, "form", None)):
+                _put(console, Text(f"The student's model is asked for answers as {form}.", "dim"))
+            _show_turn(console, row, env.family.name)
     except LLMError as error:
         raise ValueError(f"{error}") from None
     except KeyboardInterrupt:
@@ -226,6 +230,8 @@ def _watch(
         env.close()
     last, found = recorder.rows[-1], recorder.episode(policy.reads)
     _say_result(console, last.turn, last.success, found.total_reward)
+    if found.truncated:
+        _put(console, Text(f"{found.truncated} of {found.answers} answers were cut at max_tokens."))
 
 
 def _show_turn(console: Console, row: "TurnRow", family: str) -> None:

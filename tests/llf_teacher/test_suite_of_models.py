@@ -21,7 +21,7 @@ pytestmark = pytest.mark.usefixtures("no_settings")
 
 
 def student(url, more=""):
-    return f"llm(model='m', base_url='{url}', max_tokens=50{more})"
+    return f"llm(model='m', base_url='{url}', max_tokens=50, answer='text'{more})"
 
 
 def obeys(request):

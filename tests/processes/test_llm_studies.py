@@ -27,7 +27,7 @@ pytestmark = pytest.mark.usefixtures("no_settings")
 STUDY = """
 ids = ["llf-gridworld-v0"]
 teachers = ["oracle", "silent"]
-students = ["llm(model='m', base_url='{url}', input_price=1000, output_price=1000)"]
+students = ["llm(model='m', base_url='{url}', answer='text', input_price=1000, output_price=1000)"]
 feedback_types = ["fp+r"]
 seeds = 25
 max_turns = 5
@@ -146,7 +146,7 @@ def test_a_limit_stops_a_study_and_a_higher_one_goes_on(tmp_path):
 
 def test_a_limit_stops_the_suite(tmp_path):
     with ScriptedEndpoint(wanderer()) as server:
-        student = f"llm(model='m', base_url='{server.url}', input_price=1000, output_price=1000)"
+        student = f"llm(model='m', base_url='{server.url}', answer='text', input_price=1000, output_price=1000)"
         options = ("--student", student, "--quick", "--only", "advice", "--workers", "1", "--budget", "5")
         stopped = llf("suite", *options, cwd=tmp_path, LLF_LLM_API_KEY=KEY)
     assert stopped.returncode == 1

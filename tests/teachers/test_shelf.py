@@ -9,10 +9,12 @@ import pytest
 from lessons import ALPHA, CHEAP, fits, lab, of, on_cheap_families, oracles, pupil, rows, taught, turns, without
 from scipy.stats import norm
 
-from teachers.atoms import FN, FP, HN, HP, R
+from teachers.atoms import FN, FP, HN, HP, KINDS, R
 from teachers.common import NoDifference
 from teachers.fingerprint import Fingerprints
 from teachers.oracles.gridworld.claims import Either, Go
+from teachers.personalities.noisy import Noisy
+from teachers.view import View
 
 HINDSIGHT = (HP, HN)
 
@@ -117,7 +119,10 @@ def test_hinter_climbs_from_the_vague_to_the_plain(level):
         for _, said, true in episode:
             if verdicts := of(true, *HINDSIGHT):
                 rung = rung + 1 if of(verdicts, HN) else level
-            assert without(said, FP) == without(true, FP)
+            hints = [hint for hint in of(said, FP) if isinstance(hint, Either)]
+            told = [claim for claim in without(true, FP) if not any(hint.excludes(claim) for hint in hints)]
+            assert without(said, FP) == told
+            assert not any(claim.action in hint.ways for claim in of(said, FN) for hint in hints)
             for hint, advice in zip(of(said, FP), of(true, FP), strict=True):
                 assert type(hint) is (Either if rung < 2 else Go)
                 assert len(hint.ways) == 3 - rung if rung < 2 else hint == advice
@@ -189,24 +194,59 @@ def test_drifting_turns_at_its_turn(name):
 
 
 @on_cheap_families
+@pytest.mark.parametrize("scaled", [True, False])
 @pytest.mark.parametrize("beta", [0.0, 1.0, 3.0, 1e6])
-def test_noisy_judges_by_bradley_and_terry(name, beta):
+def test_noisy_judges_by_bradley_and_terry(name, beta, scaled):
     observed, expected, variance = 0, 0.0, 0.0
-    for oracle, moment, said, true in turns(name, f"noisy(beta={beta})"):
-        assert without(said, *HINDSIGHT) == without(true, *HINDSIGHT)
-        if not of(true, *HINDSIGHT):
-            continue
-        values = oracle.values(moment.before)
-        mine = values[moment.action]
-        rivals = [value for value in values if value != mine]
-        good = 1.0 if not rivals else 1 / (1 + math.exp(min(beta * (max(rivals) - mine), 700)))
-        assert len(of(said, *HINDSIGHT)) == 1
-        observed += len(of(said, HP))
-        expected += good
-        variance += good * (1 - good)
-        if beta == 1e6:
-            assert said == true
+    for oracle, episode in rows(name, f"noisy(beta={beta}, scaled={scaled})"):
+        variances = []
+        for moment, said, true in episode:
+            assert without(said, *HINDSIGHT) == without(true, *HINDSIGHT)
+            if moment.before is None:
+                continue
+            values = oracle.values(moment.before)
+            variances.append(np.var(values))
+            if not of(true, *HINDSIGHT):
+                continue
+            mine = values[moment.action]
+            rivals = [value for value in values if value != mine]
+            unit = math.sqrt(np.mean(variances)) if scaled else 1.0
+            good = 1.0 if not rivals else 1 / (1 + math.exp(min(beta * (max(rivals) - mine) / unit, 700)))
+            assert len(of(said, *HINDSIGHT)) == 1
+            observed += len(of(said, HP))
+            expected += good
+            variance += good * (1 - good)
+            if beta == 1e6:
+                assert said == true
     assert abs(observed - expected) <= norm.isf(ALPHA / 2) * math.sqrt(variance) + 1e-6
+
+
+class InUnits(View):
+    """A view with values in another unit."""
+
+    unit = 1.0
+
+    def past_values(self):
+        values = super().past_values()
+        return values and tuple(self.unit * value for value in values)
+
+
+@on_cheap_families
+@pytest.mark.parametrize("unit", [2.0**-10, 2.0**10])
+def test_noisy_says_the_same_in_every_unit_of_values(name, unit):
+    differ = Counter()
+    for oracle, episode in rows(name, "oracle"):
+        for spec in (Noisy(), Noisy(scaled=False)):
+            views = InUnits(oracle, len), InUnits(oracle, len)
+            views[1].unit = unit
+            stages = [spec.start(np.random.default_rng(0)) for _ in views]
+            for moment, _, true in episode:
+                for view in views:
+                    view.see(moment, frozenset(KINDS))
+                one, other = (stage.speak(true, view) for stage, view in zip(stages, views, strict=True))
+                differ[spec.scaled] += one != other
+    assert differ[True] == 0
+    assert differ[False] > 20
 
 
 @on_cheap_families
