@@ -159,7 +159,7 @@ def test_a_suite_that_is_interrupted_names_the_command_that_goes_on_and_asks_not
     """What was under way, one request a worker, may be asked again."""
     workers, null = 2, subprocess.DEVNULL
     with ScriptedEndpoint(wanderer(0.05)) as server:
-        student = f"llm(model='m', base_url='{server.url}', max_tokens=30)"
+        student = f"llm(model='m', base_url='{server.url}', max_tokens=30, answer='text')"
         options = ("suite", "--student", student, "--quick", "--only", "advice", "--workers", f"{workers}")
         process = subprocess.Popen(
             [sys.executable, "-m", "llf_teacher", *options], cwd=tmp_path, stdout=null, stderr=subprocess.PIPE,
