@@ -155,6 +155,33 @@ def test_a_limit_stops_the_suite(tmp_path):
     assert "Traceback" not in stopped.stderr
 
 
+def test_a_suite_that_is_interrupted_names_the_command_that_goes_on_and_asks_nothing_twice(tmp_path):
+    """What was under way, one request a worker, may be asked again."""
+    workers, null = 2, subprocess.DEVNULL
+    with ScriptedEndpoint(wanderer(0.05)) as server:
+        student = f"llm(model='m', base_url='{server.url}', max_tokens=30, answer='text')"
+        options = ("suite", "--student", student, "--quick", "--only", "advice", "--workers", f"{workers}")
+        process = subprocess.Popen(
+            [sys.executable, "-m", "llf_teacher", *options], cwd=tmp_path, stdout=null, stderr=subprocess.PIPE,
+            env=os.environ | {"LLF_LLM_API_KEY": KEY}, start_new_session=True, text=True,
+        )  # fmt: skip
+        while process.poll() is None and len(server.requests) < 40:
+            time.sleep(0.01)
+        os.killpg(process.pid, signal.SIGINT)
+        _, said = process.communicate(timeout=60)
+        assert process.returncode == 130, said
+        assert "a turn takes 0." in " ".join(said.split())
+        assert "Interrupted. The episodes so far are in llf-suite.db; the same command goes on:\nllf suite --st" in said
+        assert "Traceback" not in said
+        before, kept = hits(server), cached(tmp_path / "llf-suite.llm.db")
+        assert len(before) - len(kept) <= workers
+        finished = llf(*options, cwd=tmp_path, LLF_LLM_API_KEY=KEY)
+        assert finished.returncode == 0, finished.stderr
+        after = hits(server)
+    assert all(after[request] == 1 for request in kept)
+    assert sum(after.values()) <= len(after) + workers
+
+
 def test_a_broken_endpoint_is_one_line_without_the_key(tmp_path):
     reply = Reply(404, json.dumps({"error": {"message": f"no such model for {KEY}"}}))
     with ScriptedEndpoint(lambda request: reply) as server:
