@@ -31,11 +31,11 @@ from teachers.planning.exact.claims import (
     route,
     used,
 )
-from teachers.planning.exact.exploring import Start, explore
+from teachers.planning.exact.exploring import AlikeError, Start, explore
 from teachers.planning.exact.tables import UnlistedError, table_of
 from teachers.planning.exact.worths import NOTHING, Lost, Worth, Worths
 from teachers.planning.known import Known, State, known, words_of
-from teachers.planning.planner import Planned, Planner, PlanningError, check_own_draws, check_steps, why_unlike
+from teachers.planning.planner import Planned, Planner, PlanningError, UnfitError, check_own_draws, check_steps, unlike
 from teachers.planning.state_key import check_recurs, check_wrappers, state_key
 from teachers.planning.transitions import Transitions
 from teachers.planning.visible import privileged
@@ -81,7 +81,7 @@ class Exact(Planner):
             if not is_count(value := getattr(self, name)):
                 raise ValueError(f"{name} must be an integer of at least 1, got {value!r}")
 
-    def plan(self, env: _Env, turns: int, success: Callable[..., Any] | None = None) -> Planned:
+    def _plan(self, env: _Env, turns: int, success: Callable[..., Any] | None) -> Planned:
         """Find all transitions, and compute the value of every action."""
         check_steps(env)
         listed = known(env)
@@ -134,7 +134,7 @@ class Exact(Planner):
         if hidden := sealed(env):
             raise PlanningError(f"{hidden}, into which Python cannot look, may draw random numbers; hold it in Python")
         if not faithful(env, copied):
-            raise PlanningError(f"{why}; and {why_unlike(env)}")
+            raise unlike(env, why)
         if own.fading is not None and self.gamma is not None:
             raise PlanningError("the environment pays less with time, which goes with no gamma; leave out gamma=...")
         env.reset(seed=0)
@@ -145,7 +145,10 @@ class Exact(Planner):
             raise TypeError(f"state must give something hashable, such as a tuple or bytes, got {key!r}") from None
         look = _Limited(state)
         search = partial(self._episode, look, own.fading, turns)
-        values = search(env, 0)
+        try:
+            values = search(env, 0)
+        except AlikeError as error:  # of all that the environment holds: something else decides, too
+            raise error if self.state or own.state else UnfitError(f"{error}") from error
         count = len(values.transitions)
         source = f"all {count:,} states that can be reached by copies of the environment (in one episode)"
         return Atlas(values, search), look, source

@@ -84,7 +84,7 @@ class Expert(Planner):
             ):
                 raise ValueError(f"{name} must be a positive number, got {value!r}")
 
-    def plan(self, env: _Env, turns: int, success: Callable[..., Any] | None = None) -> Planned:
+    def _plan(self, env: _Env, turns: int, success: Callable[..., Any] | None) -> Planned:
         """Try the expert, and test whether the environment is deterministic."""
         check_steps(env)
         listed = known(env)

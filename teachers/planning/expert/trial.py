@@ -9,7 +9,7 @@ import gymnasium
 import numpy as np
 
 from teachers.planning.expert.asking import ExpertError, Policy, Watched
-from teachers.planning.planner import PlanningError, shared_draws
+from teachers.planning.planner import PlanningError, UnfitError, shared_draws
 from worlds.actions import canonical
 from worlds.wrapped.generators import reseed
 from worlds.wrapped.layers import is_plain, layers
@@ -67,10 +67,10 @@ def try_out(env: _Env, make: Callable[[_Env], Policy]) -> bool:
     return True
 
 
-def _unlike(env: _Env) -> PlanningError:
+def _unlike(env: _Env) -> UnfitError:
     around = [type(layer).__name__ for layer in layers(env) if not is_plain(layer)]
     keeps = f"it, or {' or '.join(around)} around it," if around else "it"
-    return PlanningError(
+    return UnfitError(
         "the same seed and actions had two results: the environment draws from a random generator that "
         f"reset(seed=...) does not seed, or that is none of its attributes; or {keeps} keeps something from one "
         "episode to the next"
