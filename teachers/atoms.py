@@ -4,6 +4,7 @@ from abc import abstractmethod
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields, make_dataclass, replace
 from enum import StrEnum
+from functools import wraps
 from inspect import get_annotations
 from itertools import combinations
 from typing import Any, ClassVar, Generic, NamedTuple, Self, dataclass_transform, get_origin
@@ -210,6 +211,12 @@ class Claim(Generic[TruthT, WorldT]):
     tried: ClassVar[bool] = False
     """Whether it is about an action that the oracle tried before the episode, not about the student's."""
 
+    def __init_subclass__(cls, **more: Any) -> None:
+        """Let the check of a class give False for claims that name what does not exist."""
+        super().__init_subclass__(**more)
+        if "holds" in vars(cls) and not hasattr(cls.holds, "__wrapped__"):
+            cls.holds = _checked(cls.holds)  # type: ignore[method-assign]  # with the same signature
+
     def __post_init__(self) -> None:
         """Refuse NumPy's numbers and arrays, which JSON writes differently, or not at all.
 
@@ -229,7 +236,8 @@ class Claim(Generic[TruthT, WorldT]):
     def holds(self, moment: Moment[TruthT], lab: WorldT) -> bool:
         """Whether the claim is true of `moment`; `lab` is a scratch world to restore and step.
 
-        The check does not use the oracle's method.
+        The check does not use the oracle's method. A LookupError, ValueError or ArithmeticError in it counts as False:
+        the claim names an action, a place or a number that this world does not have.
         """
         raise TypeError(f"{type(self).__name__} does not implement holds(moment, lab)")
 
@@ -291,6 +299,23 @@ class Claim(Generic[TruthT, WorldT]):
     def stated_worth(self, moment: Moment[TruthT], lab: WorldT, action: Any) -> float | None:
         """`worth` as phrases state it; the method differs from that of `Oracle.stated_values`."""
         return self.worth(moment, lab, action)
+
+
+def _checked(holds: Callable[..., bool]) -> Callable[..., bool]:
+    """A check that gives False where a claim names what does not exist, or lacks its ground."""
+
+    @wraps(holds)
+    def check(self: Any, moment: Any, lab: Any) -> bool:
+        try:
+            return holds(self, moment, lab)
+        except (LookupError, ValueError, ArithmeticError):
+            return False
+        except AttributeError:
+            if getattr(self, "grounded", True):
+                raise
+            return False  # it was read from text, and is judged by what it means
+
+    return check
 
 
 _PLAIN = frozenset((bool, int, float, str, type(None)))

@@ -145,11 +145,19 @@ def _try_copy(env: _Env) -> None:
     Raises:
         UnfitError: the copy changes what the original does, or something that both hold.
     """
+    before = shared_draws()
     try:
         alone, again = _played(env), _played(env)
         env.reset(seed=0)
     except Exception:  # `check_steps` says what is wrong with it
         return
+    if not same(before, shared_draws()):
+        random.setstate(before[0])
+        np.random.set_state(before[1])  # noqa: NPY002 (set back)
+        raise UnfitError(
+            "the environment draws from the generators that all of Python or NumPy share, so that copies of it "
+            "change what others draw; let it draw from its np_random"
+        )
     if (other := _copied(env)) is None:
         return
     shared = Shared(env, [other])
@@ -229,27 +237,6 @@ def unlike(env: _Env, why: str = "") -> PlanningError:
 def shared_draws() -> Any:
     """The states of the global generators of `random` and NumPy."""
     return random.getstate(), np.random.get_state()  # noqa: NPY002 (only looked at)
-
-
-def check_own_draws(env: _Env) -> None:
-    """Check by random play that steps do not draw from global generators, which copies would share.
-
-    Raises:
-        PlanningError: they do.
-    """
-    space = copy.deepcopy(env.action_space)
-    space.seed(0)
-    env.reset(seed=0)
-    for _ in range(_TRIAL):
-        before = shared_draws()
-        _, _, terminated, truncated, _ = stepped(env, space.sample())
-        if not same(before, shared_draws()):
-            raise UnfitError(
-                "the environment draws from the generators that all of Python or NumPy share, so that copies of it "
-                "change what others draw; let it draw from its np_random"
-            )
-        if terminated or truncated:
-            env.reset(seed=0)
 
 
 def check_steps(env: _Env) -> None:

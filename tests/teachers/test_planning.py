@@ -620,7 +620,7 @@ GENERATORS = {
 def test_draws_are_seen_wherever_the_generator_is(where):
     match = {
         "shared": "generators that all of Python or NumPy share",
-        "space": "a step changes an object of class Discrete",
+        "space": "steps of a copy of the environment change what the original does",
     }.get(where)
     with pytest.raises(PlanningError, match=match or "chance decides what actions do"):
         Lesson(partial(Rare, where), Exact(state=lambda env: env.unwrapped.cell), max_turns=12)

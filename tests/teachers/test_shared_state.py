@@ -549,3 +549,34 @@ class Own(Row):
     assert not shared.changed()
     assert (env.get(), type(env).total, str(type(env).luck.bit_generator.state)) == (0, 0, before)
     assert "ROW_SET_BACK" not in os.environ
+
+
+FLIPS = """
+BOX = {"flipped": False}
+class Own(Row):
+    def get(self): return self.at
+    def put(self, at): self.at = at
+    def step(self, action):
+        return super().step(int(action) ^ globals()["BOX"]["flipped"])
+"""
+"""Its code names a global in a way that is not found out."""
+
+
+@pytest.mark.parametrize("text", [False, True])
+@pytest.mark.parametrize("oracle", ["exact", "exact(gamma=0.9)", Expert(lambda seen, info: 1)])
+def test_a_proof_against_the_plan_ends_it(oracle, text):
+    """In the middle of an episode left and right are exchanged: from then on the teacher states rewards only."""
+    cls = built(FLIPS)
+    seat = llf_teacher.teach(cls, oracle=oracle, max_turns=12, text=text, snapshot="replay")
+    said = [atom.claim for atom in seat.reset(seed=0)[1]["atoms"]]
+    assert any(hasattr(claim, "action") for claim in said)
+    seat.step("1" if text else 1)
+    cls.get.__globals__["BOX"]["flipped"] = True
+    with pytest.warns(
+        UserWarning, match=r"no values any more: action 1 in turn 2|nor any later: the episode cannot be"
+    ):
+        *_, info = seat.step("1" if text else 1)
+    assert [type(atom.claim).__name__ for atom in info["atoms"]] == ["Reward"]
+    for seed in (0, 1):
+        said = [*seat.reset(seed=seed)[1]["atoms"], *seat.step("1" if text else 1)[-1]["atoms"]]
+        assert not any(hasattr(atom.claim, "action") for atom in said), said

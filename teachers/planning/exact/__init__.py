@@ -12,7 +12,7 @@ import numpy as np
 
 from teachers.atoms import FN, FP, Claim, FeedbackType, Moment, fast_constructor
 from teachers.common import Syntax
-from teachers.oracle import Oracle
+from teachers.oracle import ALL_KINDS, Oracle
 from teachers.planning.exact.atlas import Atlas
 from teachers.planning.exact.claims import (
     Avoid,
@@ -35,7 +35,7 @@ from teachers.planning.exact.exploring import AlikeError, Start, explore
 from teachers.planning.exact.tables import UnlistedError, table_of
 from teachers.planning.exact.worths import NOTHING, Lost, Worth, Worths
 from teachers.planning.known import Known, State, known, words_of
-from teachers.planning.planner import Planned, Planner, PlanningError, UnfitError, check_own_draws, check_steps, unlike
+from teachers.planning.planner import Planned, Planner, PlanningError, UnfitError, check_steps, unlike
 from teachers.planning.state_key import check_recurs, check_wrappers, state_key
 from teachers.planning.transitions import Transitions
 from teachers.planning.visible import privileged
@@ -130,7 +130,6 @@ class Exact(Planner):
                 check_recurs(env, state)
             except PlanningError as error:
                 raise PlanningError(f"{why}; {error}") from None
-        check_own_draws(env)
         if hidden := sealed(env):
             raise PlanningError(f"{hidden}, into which Python cannot look, may draw random numbers; hold it in Python")
         if not faithful(env, copied):
@@ -230,6 +229,12 @@ class ExactOracle(Oracle[Position, GymWorld]):
         """Explore the episode if its states are unknown."""
         self.model.at(truth, self.lab)
 
+    def judge(self, moment: Moment[Position], kinds: Set[FeedbackType] = ALL_KINDS) -> tuple[Claim, ...]:
+        """The true claims about a moment, whose action must have done what the plan says."""
+        if moment.before is not None:
+            self.model.check(moment)
+        return super().judge(moment, kinds)
+
     def values(self, truth: Position) -> tuple[float, ...]:
         """The expected sum of rewards after each action, minus a small price of time that breaks ties."""
         values = self.model.at(truth, self.lab)
@@ -275,7 +280,7 @@ class ExactOracle(Oracle[Position, GymWorld]):
         """The claims about a state of a moment; None if no action loses anything."""
         last, then, told = self._last
         unread = moment.turn - moment.after.turn
-        if truth is last and unread == then:
+        if truth is last and unread == then and not self.model.ended:
             return told
         values = self.model.at(truth, self.lab)
         if values is not self._of:
