@@ -288,9 +288,12 @@ class Pipeline(Personality):
         return all(stage.honest for stage in self.stages)
 
     @property
-    @override
     def reveals(self) -> bool:
-        return all(stage.reveals for stage in self.stages)
+        """Whether a stage reveals actions and no later one keeps them back: a stage with a plan needs none before it."""
+        revealed = True
+        for stage in self.stages:
+            revealed = stage.reveals and (revealed or "plan" in stage.needs)
+        return revealed
 
     def __str__(self) -> str:
         return " | ".join(map(str, self.stages))

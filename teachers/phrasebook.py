@@ -1,7 +1,7 @@
 """Phrasebooks put claims into words. The words are data, in `phrases/<family>.toml`; for tones see `teachers.voice`."""
 
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -88,6 +88,11 @@ class Phrasebook:
         """The paraphrases of a claim class."""
         return tuple(template.source for template in self._templates[cls])
 
+    @property
+    def classes(self) -> Set[type[Claim]]:
+        """The claim classes."""
+        return self._templates.keys()
+
     def items(self) -> list[tuple[type[Claim], tuple[str, ...]]]:
         """Every claim class with its paraphrases."""
         return [(cls, self.templates(cls)) for cls in self._templates]
@@ -96,6 +101,11 @@ class Phrasebook:
         """The claim in each of its paraphrases."""
         inner = self.sentences(claim.claim) if isinstance(claim, _FRAMES) else (None,)
         return tuple(_format(template, claim, text) for text in inner for template in self._templates[type(claim)])
+
+    def has(self, atom: Atom, turn: int) -> bool:
+        """Whether the text of an atom, said in this turn, is one of its claim's paraphrases."""
+        claim = atom.claim if atom.about_turn == turn else Late(claim=atom.claim, turn=atom.about_turn)
+        return type(atom.claim) in self._templates and atom.text in self.sentences(claim)
 
     def words(self, claim: Claim) -> float:
         """The mean number of words of the claim's paraphrases."""

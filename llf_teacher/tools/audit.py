@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from llf_teacher.episodes.loop import play_turns
-from llf_teacher.episodes.record import claim_name
+from llf_teacher.episodes.record import claim_name, unchecked
 from llf_teacher.episodes.recorder import Recorder
 from llf_teacher.gym import StudentEnv
 from llf_teacher.registry import entry
@@ -30,6 +30,7 @@ from teachers.atoms import (
     PlanClaim,
     confidence,
     contradictions,
+    is_genuine,
     unhedged,
 )
 from teachers.information import Gain
@@ -38,12 +39,13 @@ from teachers.personality import Personality, parse_personality
 from teachers.reliability import Reliability
 from teachers.teacher import Teacher
 from teachers.testing.habits import HABITS
-from teachers.voice import Change
+from teachers.voice import PLAIN, Change, voice_names
 from worlds.world import World
 
 STUDENTS = ("random", "obedient", *(f"wayward(habit={habit!r})" for habit in HABITS))
 """Specs of the students in an audit: random actions, advised actions, and unusual habits."""
 _EXAMPLES = 5
+_CAUGHT = 0.002  # p-value, on both sides, of hedges that no honest teacher says
 
 
 class Finding(NamedTuple):
@@ -103,6 +105,8 @@ class Audit:
     """Number of sentences in which a rewriting voice changed a number or a name."""
     changed: list[Change] = field(default_factory=list)
     """The first changes."""
+    reworded: int = 0
+    """Number of sentences that are no shipped paraphrase of their claim; nobody checked whether they say the same."""
 
     def count(self, *labels: Label) -> int:
         """Number of claims with one of these labels."""
@@ -125,8 +129,14 @@ class Audit:
 
     @property
     def caught(self) -> bool:
-        """Whether there are leaks, or false claims or contradictions by a teacher that promises honesty."""
-        return self.leaks > 0 or (self.honest and self.count(Label.DISTORTED) + self.contradictions > 0)
+        """Whether there are leaks, or, in spite of a promise, false claims, contradictions or overconfident hedges."""
+        false = self.count(Label.DISTORTED) + self.contradictions + self.overconfident
+        return self.leaks > 0 or (self.honest and false > 0)
+
+    @property
+    def overconfident(self) -> bool:
+        """Whether hedged claims hold far less often than said: so that calibrated ones seem so once in 1,000 audits."""
+        return self.hedges.verdict == "overconfident" and self.hedges.p_value < _CAUGHT
 
     def as_dict(self) -> dict[str, Any]:
         """The result as JSON values."""
@@ -158,6 +168,7 @@ class Audit:
             "examples": [example._asdict() for example in self.examples],
             "changes": self.changes,
             "changed": [change._asdict() for change in self.changed],
+            "reworded": self.reworded,
         }
 
 
@@ -209,6 +220,7 @@ def audit(
         or ("b",) * bool(worlds)
         or taught.make_teacher(taught.make_world(**options)).oracle.instruction_types
     )
+    voice = settings.get("voice", PLAIN)
     combinations = list(itertools.product(map(parse_student, students), types))
     for done, (student, type_) in enumerate(combinations, 1):
         given = {"instruction_type": type_, "feedback_type": feedback_type, "text": student.text, **settings}
@@ -229,10 +241,10 @@ def audit(
                 other = StudentEnv(id, teacher=teacher, **given | {"instruction_type": "b"} | episode.options)
                 if type_ in other.session.teacher.oracle.instruction_types:  # it may depend on the options
                     other.session.teacher.instruction_type = type_
-                    _watch(found, other, student.seat(other.family, other.session.world), episode, worlds)
+                    _watch(found, other, student.seat(other.family, other.session.world), episode, worlds, voice)
                 other.close()
             else:
-                _watch(found, env, policy, episode, worlds)
+                _watch(found, env, policy, episode, worlds, voice)
             if progress:
                 progress(found.turns)
         env.close()
@@ -258,7 +270,7 @@ def _varied(episode: _Episode, world: World[Any], given: Collection[str], rng: n
     return episode._replace(options=options, reset=world.draw_reset(rng))
 
 
-def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episode, worlds: int) -> None:
+def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episode, worlds: int, voice: Any) -> None:
     """Play an episode, check its claims, and add what that shows to the result."""
     teacher = env.teacher
     promise = teacher.personality if isinstance(teacher, Teacher) else teacher
@@ -270,6 +282,7 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episod
     oracle: Oracle[Any, Any] | None = None  # needed if a claim rests on others
     found.episodes += 1
     worlds = 0 if episode.options or episode.reset else worlds
+    book = env.family.phrasebook(voice if voice in voice_names() else PLAIN)
     recorder = Recorder(env.family.name, env.student_view)
     recorder.measure(env.family, episode.seed, worlds)
     for turn in itertools.islice(play_turns(env, student, episode.seed, episode.reset), episode.turns + 1):
@@ -290,7 +303,14 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episod
         found.changed += changes[: _EXAMPLES - len(found.changed)]
         if not atoms and turn.feedback:
             found.claims[None, Label.UNCHECKED] += 1
+        elif atoms:
+            found.reworded += unchecked(f"{turn.instruction} {turn.feedback}", [atom.text for atom, _ in atoms])
         for atom, label in atoms:
+            if label is not Label.DISTORTED and not is_genuine(unhedged(atom.claim)):
+                label = Label.DISTORTED  # its fields may equal what they do not say
+            if type(unhedged(atom.claim)) not in book.classes:
+                label = Label.UNCHECKED  # a class of one's own, whose check may say anything
+            found.reworded += bool(atom.text) and not book.has(atom, moment.turn)
             if isinstance(atom.claim, Grounded) and label is not Label.DISTORTED:
                 if oracle is None:
                     oracle = env.family.make_teacher(env.session.world.scratch()).oracle

@@ -158,6 +158,22 @@ def test_an_answer_that_leaks():
         check_teacher(GRID, blabber(), turns=60)
 
 
+@pytest.mark.parametrize(
+    ("spec", "reveals"),
+    [
+        ("ruler | worked_example(n=3)", True),
+        ("worked_example(n=3) | ruler", False),
+        ("verification | delayed(turns=1)", False),
+        ("verification | mix | worked_example | only(kinds='r')", False),
+    ],
+)
+def test_a_composition_promises_what_its_last_stages_do(spec, reveals):
+    assert parse_personality(spec).reveals == reveals
+    found = audit(GRID, spec, turns=45)
+    assert not found.caught
+    assert not found.leaks
+
+
 @personality()
 def groundless(claims, view):
     """Calls each action right, on the ground that ice is cold."""
