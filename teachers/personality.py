@@ -289,7 +289,7 @@ class Pipeline(Personality):
 
     @property
     def reveals(self) -> bool:
-        """Whether a stage reveals actions and no later one keeps them back: a stage with a plan needs none before it."""
+        """Whether a stage reveals actions that no later one keeps back; one with a plan needs none before it."""
         revealed = True
         for stage in self.stages:
             revealed = stage.reveals and (revealed or "plan" in stage.needs)

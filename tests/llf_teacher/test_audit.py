@@ -268,7 +268,7 @@ def test_the_hedges_of_an_audit_are_judged_together(bends, verdict, capsys):
     assert feedback == {Label.HEDGED}
     assert found.hedges.sentences == found.count(Label.HEDGED) > 1000
     assert found.held == 1.0  # the instruction; hedges are neither true nor false
-    assert {each.what for each in found.examples} == {"contradiction"}  # each is drawn for itself
+    assert {each.what for each in found.examples} == ({"contradiction"} if found.honest else set())  # drawn one by one
     assert found.as_dict()["hedges"]["verdict"] == verdict
     print_audits([found])
     shown = " ".join(capsys.readouterr().out.split())
