@@ -607,6 +607,17 @@ class Utterance(str):
         """Join the texts of atoms; an atom that shares its text with another may have none."""
         return cls(" ".join(atom.text for atom in atoms if atom.text), tuple(atoms))
 
+    def within(self, longest: int) -> "Utterance":
+        """The first atoms whose texts, joined, have at most so many characters."""
+        kept: list[Atom] = []
+        size = -1
+        for atom in self.atoms:
+            size += 1 + len(atom.text) if atom.text else 0
+            if size > longest:
+                break
+            kept.append(atom)
+        return Utterance.of(kept)
+
     def __reduce__(self) -> tuple[Any, ...]:
         return Utterance, (str(self), self.atoms)
 

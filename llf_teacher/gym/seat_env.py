@@ -1,10 +1,13 @@
 """One seat of a session as a Gymnasium environment."""
 
 import inspect
+import sys
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import gymnasium
+from gymnasium.envs.registration import EnvSpec
 from gymnasium.error import ResetNeeded
 
 from llf_teacher.registry import entry
@@ -16,7 +19,10 @@ from pz_envs.subject import Subject
 from pz_envs.window import FPS, Renderer
 from teachers.atoms import Moment
 from teachers.personality import Personality
+from teachers.spec import is_count
 from teachers.teacher import Teacher
+
+_FRAMES = 6  # calls from `gymnasium.make` to here
 
 
 class SeatEnv(gymnasium.Env):
@@ -47,6 +53,9 @@ class SeatEnv(gymnasium.Env):
     ) -> None:
         self.family: Subject
         options: Mapping[str, Any] = {}
+        if (limit := _asked_limit()) is not None:
+            turns = keywords.get("max_turns", settings and settings.max_turns)
+            keywords = {**keywords, "max_turns": shorter(limit, turns)}
         if isinstance(env_id, Subject):
             self.env_id, self.family = env_id.name, env_id
         else:
@@ -77,11 +86,21 @@ class SeatEnv(gymnasium.Env):
         self.render_mode = lesson.render_mode
         self._renderer = Renderer(self.render_mode, self.env_id, self.student_view.as_text, self.student_view.frame)
         self._running = False
+        self._spec: EnvSpec | None = None
 
     @property
     def reward_range(self) -> tuple[float, float]:
         """Least and greatest reward of one step of the world."""
         return self.session.world.reward_range
+
+    @property
+    def spec(self) -> EnvSpec | None:  # type: ignore[override]  # an attribute there
+        """The spec that it was made from, with the lesson's turns as `max_episode_steps`; None without one."""
+        return self._spec
+
+    @spec.setter
+    def spec(self, spec: EnvSpec | None) -> None:
+        self._spec = spec and replace(spec, max_episode_steps=self.session.max_turns)
 
     # For users' own loops.
 
@@ -126,3 +145,25 @@ class SeatEnv(gymnasium.Env):
         """Close the window and the world."""
         self._renderer.close()
         self.session.world.close()
+
+
+def shorter(limit: Any, turns: Any) -> Any:
+    """The `max_turns` of a lesson with the argument `max_episode_steps`: the smaller number counts."""
+    return min(limit, turns) if is_count(limit) and is_count(turns) else limit
+
+
+def _asked_limit() -> int | None:
+    """The argument `max_episode_steps` of the call of `gymnasium.make` that makes this environment; None without one.
+
+    Gymnasium gives it to a `TimeLimit` around the environment alone, which would cut the teacher's last word off.
+    """
+    frame = sys._getframe()
+    for _ in range(_FRAMES):
+        if frame.f_back is None:
+            return None
+        frame = frame.f_back
+        if frame.f_code is gymnasium.make.__code__:
+            given = frame.f_locals["max_episode_steps"]
+            limit = frame.f_locals["env_spec"].max_episode_steps if given is None else given
+            return limit if is_count(limit) else None
+    return None
