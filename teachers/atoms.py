@@ -227,7 +227,7 @@ class Claim(Generic[TruthT, WorldT]):
             kind = type(value := getattr(self, name))
             if kind in _PLAIN or (kind is tuple and not _has_odd(value)):
                 continue
-            if kind is tuple or _is_odd(kind):
+            if kind is tuple or _is_odd(kind):  # type: ignore[arg-type]  # classes are hashable
                 raise TypeError(
                     f"the field {name!r} of the claim {type(self).__name__} holds {value!r}; "
                     "allowed: str, int, float, bool, None, enumerations and tuples of Python's own, no subclasses of "
@@ -325,7 +325,7 @@ _PLAIN = frozenset((bool, int, float, str, type(None)))
 def _has_odd(values: tuple[Any, ...]) -> bool:
     for each in values:  # three times as fast as `any` for the long plans of parking
         kind = type(each)
-        if _has_odd(each) if kind is tuple else kind not in _PLAIN and _is_odd(kind):
+        if _has_odd(each) if kind is tuple else kind not in _PLAIN and _is_odd(kind):  # type: ignore[arg-type]
             return True
     return False
 

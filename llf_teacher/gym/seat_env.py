@@ -33,6 +33,9 @@ class SeatEnv(gymnasium.Env):
         settings: the settings of the lesson; None: the defaults.
         keywords: fields that replace them, and the world's options.
         refused: fields that this seat does not use.
+        policies: whether `teacher` may be a policy for the teacher's seat.
+        episodes: the number of the world's episodes in one of this seat.
+        last_words: steps of each of them beside the student's turns.
         defaults: fields with other defaults at this seat.
 
     Raises:
@@ -49,13 +52,19 @@ class SeatEnv(gymnasium.Env):
         *,
         refused: Iterable[str] = (),
         policies: bool = False,
+        episodes: int = 1,
+        last_words: int = 0,
         **defaults: Any,
     ) -> None:
         self.family: Subject
         options: Mapping[str, Any] = {}
+        self._steps = episodes, last_words
         if (limit := _asked_limit()) is not None:
             turns = keywords.get("max_turns", settings and settings.max_turns)
-            keywords = {**keywords, "max_turns": shorter(limit, turns)}
+            if (most := limit // episodes - last_words) < 1:
+                least = episodes * (1 + last_words)
+                raise ValueError(f"max_episode_steps must be at least {least} at this seat, got {limit}")
+            keywords = {**keywords, "max_turns": shorter(most, turns)}
         if isinstance(env_id, Subject):
             self.env_id, self.family = env_id.name, env_id
         else:
@@ -86,7 +95,7 @@ class SeatEnv(gymnasium.Env):
         self.render_mode = lesson.render_mode
         self._renderer = Renderer(self.render_mode, self.env_id, self.student_view.as_text, self.student_view.frame)
         self._running = False
-        self._spec: EnvSpec | None = None
+        self._made_from: EnvSpec | None = None
 
     @property
     def reward_range(self) -> tuple[float, float]:
@@ -94,13 +103,14 @@ class SeatEnv(gymnasium.Env):
         return self.session.world.reward_range
 
     @property
-    def spec(self) -> EnvSpec | None:  # type: ignore[override]  # an attribute there
-        """The spec that it was made from, with the lesson's turns as `max_episode_steps`; None without one."""
-        return self._spec
+    def spec(self) -> EnvSpec | None:
+        """The spec that it was made from, with the steps of an episode as `max_episode_steps`; None without one."""
+        return self._made_from
 
     @spec.setter
     def spec(self, spec: EnvSpec | None) -> None:
-        self._spec = spec and replace(spec, max_episode_steps=self.session.max_turns)
+        episodes, last_words = self._steps
+        self._made_from = spec and replace(spec, max_episode_steps=episodes * (self.session.max_turns + last_words))
 
     # For users' own loops.
 

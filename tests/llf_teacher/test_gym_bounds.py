@@ -56,7 +56,19 @@ def test_a_time_limit_shortens_the_lesson_itself(settings, turns):
     assert gymnasium.make_vec(GRID, num_envs=2, max_episode_steps=5).max_turns == 5
     vector = gymnasium.make_vec(GRID, num_envs=2, vectorization_mode="sync", max_episode_steps=5)
     assert [each.unwrapped.session.max_turns for each in vector.envs] == [5, 5]
-    assert gymnasium.make("teacher/gridworld-v0", max_episode_steps=5).unwrapped.session.max_turns == 5
+
+
+@pytest.mark.parametrize("episodes", [1, 3])
+def test_the_teachers_seat_has_a_step_more_in_each_episode(episodes):
+    env = gymnasium.make("teacher/gridworld-v0", max_episode_steps=6 * episodes, episodes=episodes, until_success=False)
+    assert env.unwrapped.session.max_turns == 5
+    env.reset(seed=0)
+    for step in range(1, 6 * episodes + 1):
+        *_, terminated, truncated, _ = env.step(0)
+        assert (terminated or truncated) == (step == 6 * episodes)
+    assert gymnasium.make("teacher/gridworld-v0", episodes=episodes).spec.max_episode_steps == 21 * episodes
+    with pytest.raises(ValueError, match=f"max_episode_steps must be at least {2 * episodes} at this seat, got 1"):
+        gymnasium.make("teacher/gridworld-v0", episodes=episodes, max_episode_steps=1)
 
 
 def test_the_spec_says_how_long_an_episode_is():

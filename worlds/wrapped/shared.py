@@ -265,7 +265,7 @@ class Shared:
 def lacking(env: _Env, copied: _Env) -> str:
     """An attribute that a copy lacks; empty if it has all."""
     for mine, its in zip(layers(env), layers(copied), strict=False):
-        if gone := sorted(vars(mine).keys() - vars(its).keys()):
+        if gone := sorted(map(str, vars(mine).keys() - vars(its).keys())):
             return gone[0]
     return ""
 
