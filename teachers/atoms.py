@@ -342,15 +342,6 @@ def _is_odd(kind: type) -> bool:
 _SCALARS = (bool, int, float, str, tuple)
 
 
-def is_genuine(claim: "Claim") -> bool:
-    """Whether the fields of a claim are what its class accepts, however it was made."""
-    try:
-        Claim.__post_init__(claim)
-    except TypeError:
-        return False
-    return True
-
-
 class ActionClaim(Claim[TruthT, WorldT]):
     """Role of a claim about one action.
 

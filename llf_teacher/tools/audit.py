@@ -30,7 +30,6 @@ from teachers.atoms import (
     PlanClaim,
     confidence,
     contradictions,
-    is_genuine,
     unhedged,
 )
 from teachers.information import Gain
@@ -306,7 +305,7 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episod
         elif atoms:
             found.reworded += unchecked(f"{turn.instruction} {turn.feedback}", [atom.text for atom, _ in atoms])
         for atom, label in atoms:
-            if label is not Label.DISTORTED and not is_genuine(unhedged(atom.claim)):
+            if label is not Label.DISTORTED and not _is_genuine(unhedged(atom.claim)):
                 label = Label.DISTORTED  # its fields may equal what they do not say
             if type(unhedged(atom.claim)) not in book.classes:
                 label = Label.UNCHECKED  # a class of one's own, whose check may say anything
@@ -336,6 +335,15 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episod
                 _add_example(found, "contradiction", pair, where)
     found.hedges.add(hedges)
     found.withheld.update(claim.kind for claim, _ in (offered - said).elements())
+
+
+def _is_genuine(claim: Claim[Any]) -> bool:
+    """Whether the fields of a claim are what its class accepts, however it was made."""
+    try:
+        Claim.__post_init__(claim)
+    except TypeError:
+        return False
+    return True
 
 
 def _add_example(found: Audit, what: str, atoms: Iterable[Atom], where: tuple[Any, ...]) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from teachers.oracle import Oracle
 from teachers.phrasebook import Phrases
 from worlds.wrapped.position import same, still
-from worlds.wrapped.shared import Shared, lacking
+from worlds.wrapped.shared import SharedState, lacking
 
 _Env = gymnasium.Env[Any, Any]
 _T = TypeVar("_T")
@@ -112,7 +112,7 @@ def guarded(env: _Env, do: Callable[[], _T], other: _Env | None = None) -> _T:
     others = [] if other is None else [other]
     if (copied := _copied(env)) is not None:
         others.append(copied)
-    shared = Shared(env, others)
+    shared = SharedState(env, others)
     if shared.refusal:
         raise UnfitError(f"{shared.refusal}; {_HOLD}")
     try:
@@ -160,7 +160,7 @@ def _try_copy(env: _Env) -> None:
         )
     if (other := _copied(env)) is None:
         return
-    shared = Shared(env, [other])
+    shared = SharedState(env, [other])
     try:
         beside = _played(env, other)
     except Exception:  # a copy may lack something
@@ -191,7 +191,7 @@ def _played(env: _Env, other: _Env | None = None) -> list[Any]:
     return trace
 
 
-def _set_back(shared: Shared) -> str:
+def _set_back(shared: SharedState) -> str:
     """Set back what has changed, and name it; empty if nothing has."""
     changed = shared.changed()
     shared.restore()

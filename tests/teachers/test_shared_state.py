@@ -11,7 +11,7 @@ import pytest
 import llf_teacher
 from teachers.planning import Exact, Expert, PlanningError
 from teachers.planning.planner import RewardsOnlyWarning
-from worlds.wrapped.shared import Shared
+from worlds.wrapped.shared import SharedState
 
 _ROW = """
 import datetime, functools, itertools, os, random, sys, threading, time, types, weakref, contextvars, tempfile
@@ -539,7 +539,7 @@ class Own(Row):
         os.environ["ROW_SET_BACK"] = "1"
 """
     env = built(source)()
-    shared = Shared(env)
+    shared = SharedState(env)
     assert not shared.changed()
     before = str(type(env).luck.bit_generator.state)
     env.reset(seed=0)

@@ -25,7 +25,7 @@ import numpy as np
 from worlds.wrapped.generators import PLAIN, drawn, is_generator, of_function, parts, set_back
 from worlds.wrapped.layers import is_table, layers
 
-__all__ = ["Shared", "lacking"]
+__all__ = ["SharedState", "lacking"]
 
 _Env = gymnasium.Env[Any, Any]
 _MISSING = object()
@@ -59,7 +59,7 @@ class _Slot(NamedTuple):
     """A copy of the value; `_MISSING` if it cannot be set back."""
 
 
-class Shared:
+class SharedState:
     """The state that an environment shares with its copies, as it was when this was made; it steps nothing.
 
     Args:
