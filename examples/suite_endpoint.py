@@ -18,13 +18,13 @@ from llf_teacher.suite import Card, take
 from llf_teacher.suite.estimate import estimate
 
 WAYS = ("north", "east", "south", "west")
-STUDENT = "llm(model='scripted', max_tokens=50, input_price=1.0, output_price=4.0)"
+STUDENT = "llm(model='scripted', max_tokens=50, answer='text', input_price=1.0, output_price=4.0)"
 
 
 def follow(request: dict[str, Any]) -> str:
     """The answer to a request: what the teacher named, or else one action after the other."""
     said = [
-        re.split(r"You observe|What do you do in turn", each["content"])[0]
+        " ".join(re.findall(r"^Teacher: (.*)", each["content"], re.MULTILINE))
         for each in request["messages"]
         if each["role"] == "user"
     ]

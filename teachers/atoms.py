@@ -381,6 +381,20 @@ def _warns_of(action: Any, claim: Claim) -> bool:
     return claim.kind is FN and isinstance(claim, ActionClaim) and bool(claim.action == action)
 
 
+class HintClaim(Claim[TruthT, WorldT]):
+    """Role of advice that leaves several actions open, one of which is right."""
+
+    __slots__ = ()
+
+    @abstractmethod
+    def leaves(self, action: Any) -> bool:
+        """Whether it leaves this action open."""
+
+    def excludes(self, other: Claim) -> bool:
+        """A warning of an action that it leaves open: with the warning it could be the answer."""
+        return other.kind is FN and isinstance(other, ActionClaim) and self.leaves(other.action)
+
+
 class HedgedClaim(Claim[TruthT, WorldT]):
     """Role of a claim that says how probable another claim is.
 

@@ -1,10 +1,11 @@
 """The interface of oracles, which read a world's truth and state true claims about a turn."""
 
+import copy
 import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Set
 from functools import cached_property
-from typing import Any, ClassVar, Generic
+from typing import Any, ClassVar, Generic, Self
 
 import numpy as np
 
@@ -44,6 +45,9 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
     """Whether the oracle or one of its claims reads truths."""
     max_importance: ClassVar[float] = 1.0
     """The upper bound of `importance`."""
+    least_gain: ClassVar[int] = 1
+    """The number of actions by which a way must be shorter than another to be called better; greater than 1 if plans
+    are not the shortest and depend on what was planned before."""
     tier: ClassVar[str] = ""
     """The tier of the planner, such as `exact` (see `teachers.planning`); empty without a planner."""
 
@@ -55,6 +59,13 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
     def lab(self) -> WorldT:
         """A scratch world, made when it is first needed."""
         return self._scratch()
+
+    def twin(self) -> Self:
+        """Another oracle with the same settings and a lab of its own, for other episodes."""
+        memo: dict[int, Any] = {id(self._scratch): self._scratch}
+        if "lab" in vars(self):
+            memo[id(self.lab)] = self._scratch()
+        return copy.deepcopy(self, memo)
 
     @classmethod
     def abilities(cls) -> frozenset[str]:

@@ -82,6 +82,11 @@ class Personality(Spec):
         return True
 
     @property
+    def elsewhere(self) -> bool:
+        """Whether its claims are those of other moments: true there, and here by chance; see `View.displace`."""
+        return False
+
+    @property
     def reveals(self) -> bool:
         """Whether it may reveal the action to take; if not, audits check that it does not."""
         return True
@@ -286,6 +291,11 @@ class Pipeline(Personality):
     @override
     def honest(self) -> bool:
         return all(stage.honest for stage in self.stages)
+
+    @property
+    @override
+    def elsewhere(self) -> bool:
+        return any(stage.elsewhere for stage in self.stages)
 
     @property
     def reveals(self) -> bool:

@@ -1,5 +1,6 @@
 """Phrasebooks put claims into words. The words are data, in `phrases/<family>.toml`; for tones see `teachers.voice`."""
 
+import itertools
 import tomllib
 from collections.abc import Callable, Mapping, Sequence, Set
 from functools import cache
@@ -13,8 +14,8 @@ from typing_extensions import override
 from teachers.atoms import UNDECORATED, Atom, Claim, FeedbackType, Utterance, is_decorated, path_of, slots_of
 from teachers.common import Late, Probably
 from teachers.oracle import claims_of
-from teachers.templates import Template, cache_key, slots
-from teachers.voice import LEAST, MOST, PLAIN, Change, Tone, Voice, load_tone, rewrite, voice_names
+from teachers.templates import Template, cache_key, slots, statements, timeless
+from teachers.voice import LEAST, MOST, PLAIN, SENTENCE, Change, Tone, Voice, load_tone, rewrite, voice_names
 
 Paraphrase = str | int | Callable[..., str]
 """`"random"`, the index of a paraphrase (modulo their number), or a function `(templates, **slots) -> str`."""
@@ -23,7 +24,10 @@ _FRAMES = (Late, Probably)  # claims with another claim, whose sentence their ph
 _TEXT = "text"  # the slot for that sentence
 
 
-class _Templates(dict[type[Claim], tuple[Template, ...]]):
+_Ways = tuple[Template, ...]
+
+
+class _Templates(dict[type[Claim], _Ways]):
     """Templates by claim class."""
 
     def __missing__(self, cls: type[Claim]) -> tuple[Template, ...]:
@@ -50,8 +54,19 @@ class Phrasebook:
             raise ValueError(f"bad phrases in {source}:\n  " + "\n  ".join(problems))
         self._set(_Templates({cls: tuple(map(Template, phrases[cls.__name__])) for cls in claims}))
 
-    def _set(self, templates: _Templates) -> None:
+    def _set(
+        self, templates: _Templates, stated: _Templates | None = None, hedges: Mapping[Any, _Ways] | None = None
+    ) -> None:
+        """Set the templates.
+
+        Args:
+            templates: by claim class.
+            stated: those for hedged claims; None takes all that are statements.
+            hedges: templates of `Probably` by kind, where they are not those of the class.
+        """
         self._templates = templates
+        self._stated = _Templates({c: statements(t) or t for c, t in templates.items()}) if stated is None else stated
+        self._hedges = dict(hedges or {})
         self._drawn = {cls: (cache_key(cls), each, len(each)) for cls, each in templates.items() if cls not in _FRAMES}
         """What `say` needs for a random paraphrase, by claim class; those of `_FRAMES` are left out."""
 
@@ -59,6 +74,8 @@ class Phrasebook:
         """A phrasebook with the phrases of both."""
         both = object.__new__(Phrasebook)
         both._templates = _Templates(self._templates | other._templates)
+        both._stated = _Templates(self._stated | other._stated)
+        both._hedges = self._hedges | other._hedges
         both._drawn = self._drawn | other._drawn
         return both
 
@@ -77,16 +94,30 @@ class Phrasebook:
         if problems:
             raise ValueError(f"bad phrases in {source}:\n  " + "\n  ".join(problems))
         framed = {cls: tuple(map(Template, tone.frame(_kind(cls), plain))) for cls, plain in self.items()}
+        every = _Templates(framed | words._templates)
+        # Frames surround a hedge, not the sentence in it. So that sentence is plain, except in a voice without frames.
+        # Those of a verdict take it for granted, so that a hedged verdict has none.
+        stated = {
+            cls: (() if _kind(cls) in tone.frames else statements(each)) or self._stated[cls]
+            for cls, each in every.items()
+        }
+        bare = [hedge.source for hedge in every.get(Probably, ())]
+        hedges = {
+            kind: tuple(Template(frame.replace(SENTENCE, hedge)) for frame in frames for hedge in bare)
+            for kind, frames in tone.frames.items()
+            if kind not in (FeedbackType.HP, FeedbackType.HN)
+        }
         toned = object.__new__(Phrasebook)
-        toned._set(_Templates(framed | words._templates))
+        toned._set(every, _Templates(stated), hedges)
         return toned
 
     def __deepcopy__(self, memo: dict[int, Any]) -> "Phrasebook":
         return self  # immutable
 
     def templates(self, cls: type[Claim]) -> tuple[str, ...]:
-        """The paraphrases of a claim class."""
-        return tuple(template.source for template in self._templates[cls])
+        """The paraphrases of a claim class; of a hedge, also with the frames of each kind around it."""
+        framed = itertools.chain.from_iterable(self._hedges.values()) if cls is Probably else ()
+        return tuple(dict.fromkeys(template.source for template in (*self._templates[cls], *framed)))
 
     @property
     def classes(self) -> Set[type[Claim]]:
@@ -99,8 +130,22 @@ class Phrasebook:
 
     def sentences(self, claim: Claim) -> tuple[str, ...]:
         """The claim in each of its paraphrases."""
-        inner = self.sentences(claim.claim) if isinstance(claim, _FRAMES) else (None,)
-        return tuple(_format(template, claim, text) for text in inner for template in self._templates[type(claim)])
+        return self._sentences(claim)
+
+    def _sentences(self, claim: Claim, **within: bool) -> tuple[str, ...]:
+        inner: tuple[str | None, ...] = (None,)
+        if isinstance(claim, _FRAMES):
+            inner = self._sentences(claim.claim, **within | _within(claim))
+        return tuple(_format(template, claim, text) for text in inner for template in self._ways(claim, **within))
+
+    def _ways(self, claim: Claim, late: bool = False, hedged: bool = False) -> _Ways:
+        """The templates of a claim, as the words of one that is late or hedged."""
+        cls = type(claim)
+        if cls is Probably:
+            ways = self._hedges.get(claim.kind) or self._templates[cls]
+        else:
+            ways = (self._stated if hedged else self._templates)[cls]
+        return timeless(ways) if late else ways
 
     def has(self, atom: Atom, turn: int) -> bool:
         """Whether the text of an atom, said in this turn, is one of its claim's paraphrases."""
@@ -145,10 +190,10 @@ class Phrasebook:
         """The sentence that `say` makes of each claim with these numbers, before a voice rewrites it."""
         return tuple(atom.text for atom in Phrasebook.say(self, claims, 0, Drawn(numbers), paraphrase).atoms)
 
-    def _word(self, claim: Claim, draw: float, paraphrase: Paraphrase) -> str:
-        templates, inner = self._templates[type(claim)], None
+    def _word(self, claim: Claim, draw: float, paraphrase: Paraphrase, **within: bool) -> str:
+        templates, inner = self._ways(claim, **within), None
         if isinstance(claim, _FRAMES):
-            inner = self._word(claim.claim, draw, paraphrase)
+            inner = self._word(claim.claim, draw, paraphrase, **within | _within(claim))
             draw = draw * 1009 % 1  # the frame uses other digits of the draw than the sentence within it
         if paraphrase == "random":
             template = templates[int(draw * len(templates))]
@@ -166,7 +211,7 @@ class Rewriting(Phrasebook):
     """A phrasebook whose sentences a function rewrites."""
 
     def __init__(self, book: Phrasebook, voice: Callable[[str], str]) -> None:
-        self._set(book._templates)
+        self._set(book._templates, book._stated, book._hedges)
         self._voice = voice
         self.changes: tuple[Change, ...] = ()
         """Changes of numbers and names in the last utterance."""
@@ -251,6 +296,11 @@ def _format(template: Template, claim: Claim, inner: str | None) -> str:
         return template.format(claim)
     own = {name: getattr(claim, name) for name in slots(template.source) - {_TEXT}}
     return template.source.format(**own, **{_TEXT: inner})
+
+
+def _within(claim: Late | Probably) -> dict[str, bool]:
+    """The argument of `_ways` for the claim in another claim."""
+    return {"late": True} if isinstance(claim, Late) else {"hedged": True}
 
 
 def _slots(cls: type[Claim]) -> set[str]:

@@ -447,6 +447,11 @@ class Session:
         words = Utterance(" ".join(said), tuple(atom for words in said for atom in atoms_of(words)))
         return words if len(words) <= LONGEST else _fitting(words)
 
+    def origin(self, atom: Atom) -> Moment[Any] | None:
+        """The moment elsewhere from which a teacher took a claim; None if the claim is about this lesson."""
+        found = (each.teacher.origin(atom) for each in self.teacher_turns if each.seat == atom.speaker)
+        return next((moment for moment in found if moment is not None), None)
+
     @property
     def turn(self) -> Turn:
         """The record of the turn, which is complete once the student has heard all teachers."""

@@ -146,6 +146,10 @@ class Teacher:
         """Note all that the student has heard in this turn, other teachers included."""
         self._view.hear([atom for atom in atoms if atom.claim not in self._brief])
 
+    def origin(self, atom: Atom) -> Moment | None:
+        """The moment elsewhere from which the personality took a claim; None if the claim is about this lesson."""
+        return None if self._stage is None else self._view.origin(atom.claim, atom.about_turn)
+
     def _stream(self, name: str) -> np.random.Generator:
         """A random stream of the episode, from its start; making one is slow, so call this only when needed."""
         return self._seeds.stream(name, self._seat)

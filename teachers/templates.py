@@ -5,12 +5,13 @@ import string
 from collections.abc import Callable
 from dataclasses import fields
 from enum import Enum
+from functools import lru_cache
 from operator import attrgetter
 from typing import Annotated, Any, get_args, get_origin
 
 from teachers.atoms import Claim
 
-__all__ = ["Template", "cache_key", "slots"]
+__all__ = ["Template", "cache_key", "slots", "statements", "timeless"]
 
 _SPEC = re.compile(r"\.\d+[efg]|d")
 _CACHED = 1024  # sentences of a template, at most
@@ -58,6 +59,29 @@ def cache_key(cls: type[Claim]) -> Callable[[Any], Any] | None:
     """
     names = [field.name for field in fields(cls)]  # type: ignore[arg-type]  # a dataclass
     return attrgetter(*names) if names and all(_is_discrete(field.type) for field in fields(cls)) else None  # type: ignore[arg-type]  # a dataclass
+
+
+def statements(templates: tuple[Template, ...]) -> tuple[Template, ...]:
+    """The templates that a hedge can precede: a question or an order cannot be likely, nor can a cheer."""
+    return tuple(each for each in templates if not _ORDER.search(each.source))
+
+
+@lru_cache(_CACHED)
+def timeless(templates: tuple[Template, ...]) -> tuple[Template, ...]:
+    """The templates that say nothing of now and here, which a late sentence means otherwise; all, if each does."""
+    return tuple(each for each in templates if not _NOW.search(_SLOT.sub("", each.source))) or templates
+
+
+_SLOT = re.compile(r"\{[^}]*\}")
+_NOW = re.compile(r"\b(?:now|at present|presently|so far|at once|here|this (?:turn|time|room))\b", re.IGNORECASE)
+_ORDER = re.compile(
+    r"\?|\b(?:I advise|I would|My advice)\b|: answer\b"
+    r"|(?:^|[.!] )(?:Add|Aim|Answer|Avoid|Begin|Better|Beware|Careful|Choose|Compare|Count|Cut|Do|Don't|Drop|Excellent"
+    r"|Find|First|Fix|Get|Give|Go|Good|Great|Have|Improve|Keep|Leave|Let|Line up|Look|Make|Mind|Move|Name|Never|Next"
+    r"|Not|Now|Please|Pull|Propose|Put|Rather|Read|Recommend|Remember|Repeat|Rewrite|Say|Search|Send|Skip|Start|Stay"
+    r"|Take|That is it|Think|To get|Try|Unfortunately|Use|Watch|Well|Whatever|Work|Write|Yes|You could|You found)\b"
+)
+"""What questions, orders and cheers have."""
 
 
 def _is_discrete(kind: Any) -> bool:

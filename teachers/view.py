@@ -4,8 +4,9 @@ from collections.abc import Callable, Sequence, Set
 from typing import Any
 
 import numpy as np
+from gymnasium import spaces
 
-from teachers.atoms import FN, FP, HN, HP, ActionClaim, Atom, Claim, FeedbackType, HedgedClaim, Moment, R
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Atom, Claim, FeedbackType, HedgedClaim, Moment, R, unhedged
 from teachers.common import (
     HORIZON,
     Better,
@@ -19,8 +20,11 @@ from teachers.common import (
     Trap,
     WorseTurn,
     Wrong,
+    hedge,
+    rounded,
     sign_of,
 )
+from teachers.elsewhere import Elsewhere
 from teachers.fingerprint import Fingerprints
 from teachers.information import Bits, Information, PosteriorContext
 from teachers.oracle import Oracle
@@ -53,6 +57,7 @@ class View:
         self.asked = False
         """Whether this is the answer to a student's question; it consists of advice only."""
         self._words = words
+        self._origins: dict[tuple[Claim[Any], int], Moment[Any]] = {}
         self._context: PosteriorContext | None = None
 
     def see(self, moment: Moment[Any], kinds: frozenset[FeedbackType]) -> None:
@@ -186,11 +191,33 @@ class View:
         clues = [clue for clue in self.clues() if clue.kind in self.kinds]
         return [(claim, self.weigh(claim, worlds)) for claim in (*claims, *clues)]
 
+    # What is true elsewhere.
+
+    def elsewhere(self, rng: np.random.Generator, *, clues: bool = False) -> Elsewhere:
+        """Lessons in other worlds of the same kind; with `clues`, their claims include the oracle's clues."""
+        return Elsewhere(self._oracle, self.kinds, self._words, rng, clues=clues)
+
+    def displace(self, claim: Claim[Any], there: Claim[Any], moment: Moment[Any]) -> Claim[Any]:
+        """A claim of a moment elsewhere, as if it were about the turn of this claim: late, or hedged, if this is."""
+        self._origins[there, claim.turn if isinstance(claim, Late) else self.turn] = moment
+        bare = _bare(claim)
+        return _like(claim, hedge(there, bare.p) if isinstance(bare, HedgedClaim) else there)
+
+    def origin(self, claim: Claim[Any], turn: int) -> Moment[Any] | None:
+        """The moment elsewhere from which a claim about a turn was taken; None if it was made of that turn itself."""
+        return self._origins.get((unhedged(claim), turn))
+
     # Operations on claims.
 
     def moment_of(self, claim: Claim[Any]) -> Moment[Any]:
-        """The moment that a claim is about."""
-        return self._moments[claim.turn] if isinstance(claim, Late) else self.moment
+        """The moment that a claim is about; of a displaced claim, the moment elsewhere."""
+        own = self._moments[claim.turn] if isinstance(claim, Late) else self.moment
+        return self._origin_of(claim) or own
+
+    def _origin_of(self, claim: Claim[Any]) -> Moment[Any] | None:
+        if not self._origins:
+            return None
+        return self.origin(_bare(claim), claim.turn if isinstance(claim, Late) else self.turn)
 
     def state_of(self, claim: Claim[Any]) -> Any:
         """The truth before the action that a claim is about."""
@@ -217,12 +244,12 @@ class View:
     def flip(self, claim: Claim[Any], rng: np.random.Generator) -> Claim[Any]:
         """A false opposite of a verdict: praise for blame, or blame for praise.
 
-        The claim is returned unchanged if no opposite is false, or if it is a comparison.
+        The claim is returned unchanged if no opposite is false, if it is a comparison, or if it is displaced.
         """
         false = [other for other in self.falsehoods(claim) if other.kind in HINDSIGHT - {claim.kind}]
         if false:
             return false[rng.integers(len(false))]
-        if _bare(claim).relative:
+        if _bare(claim).relative or self._origin_of(claim):
             return claim
         moment = self.moment_of(claim)
         opposite = (Wrong if claim.kind is HP else Right).on(self._hindsight_on(moment), action=moment.action)
@@ -232,20 +259,36 @@ class View:
         """A less specific claim that advice or a warning implies. Level 0 is the vaguest, the last the claim itself.
 
         If the claim has no coarser ones, level 0 says that there is something to do or to avoid. Returned unchanged are
-        claims from which nothing follows: false, hedged and placebo claims, and `relative` claims without coarser ones.
+        claims from which nothing follows: false, hedged, placebo and displaced claims, and `relative` claims without
+        coarser ones.
         """
         bare, moment = _bare(claim), self.moment_of(claim)
-        if bare.placebo or isinstance(bare, HedgedClaim):
+        if bare.placebo or isinstance(bare, HedgedClaim) or self._origin_of(claim):
             return claim
         rungs = bare.coarser(moment, self._oracle.lab) or (() if bare.relative else (self._dim(bare),))
         return _like(claim, rungs[level]) if level < len(rungs) and self.holds(claim) else claim
 
+    def gives_away(self, claim: Claim[Any], hint: Claim[Any]) -> bool:
+        """Whether a claim contradicts a hint about the same turn, or makes it the answer."""
+        bare, dim = unhedged(_bare(claim)), _bare(hint)
+        if self.moment_of(claim) is not self.moment_of(hint):
+            return False
+        only = isinstance(dim, Chance) and bare.kind is FN and isinstance(bare, ActionClaim) and self._actions() == 2
+        return only or dim.excludes(bare) or bare.excludes(dim)
+
+    def _actions(self) -> int | None:
+        """The number of discrete actions; None if there are none."""
+        space = self._oracle.lab.action_space
+        return int(space.n) if isinstance(space, spaces.Discrete) else None
+
     def vague(self, claim: Claim[Any]) -> Claim[Any]:
         """A claim without its numbers and names.
 
-        False, hedged, placebo and `relative` claims are returned unchanged.
+        False, hedged, placebo, displaced and `relative` claims are returned unchanged.
         """
         bare, moment = _bare(claim), self.moment_of(claim)
+        if self._origin_of(claim):
+            return claim
         if bare.placebo or bare.relative or isinstance(bare, HedgedClaim) or not self.holds(claim):
             return claim
         if claim.kind is R:
@@ -278,6 +321,13 @@ class View:
             ground.append(None if solved else advised[0])
         return Example.on(tuple(ground), actions=tuple(actions)) if actions else None
 
+    def as_said(self, action: Any) -> Any:
+        """An action with its numbers as phrases state them; the action itself where that is outside of the space."""
+        try:
+            return self._oracle.lab.legal(rounded(action))
+        except ValueError:
+            return action
+
     def better(self, this: Any, that: Any) -> Better | None:
         """The claim that one action is better now than another.
 
@@ -290,6 +340,10 @@ class View:
         tried = self._oracle.try_out(self.moment, this)._replace(over=True)
         found = self._oracle.judge(tried, HINDSIGHT)
         return Better.on(found[0], this=this, that=that) if found and self._tells(found[0], tried) else None
+
+    def clearly(self, claim: Better) -> bool:
+        """Whether another plan from the same state would hardly give the opposite comparison."""
+        return claim.gain() >= self._oracle.least_gain
 
     def _tells(self, verdict: Claim[Any], moment: Moment[Any]) -> bool:
         """Whether a verdict gives the value of the moment's action, so that a comparison can be checked."""

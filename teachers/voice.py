@@ -29,7 +29,8 @@ LEAST, MOST = 4, 20
 """Allowed numbers of frames per kind, and of paraphrases per claim."""
 Voice = str | Path | Callable[[str], str]
 """The name of a voice, the path of a file ending in `.toml`, or a function that rewrites a sentence."""
-_SENTENCE = "{sentence}"
+SENTENCE = "{sentence}"
+"""The slot of a frame."""
 
 
 class Tone(NamedTuple):
@@ -48,7 +49,7 @@ class Tone(NamedTuple):
         brief = sorted(templates, key=lambda template: (len(template.split()), len(template)))[: self.shortest]
         kept = [template for template in templates if template in brief]
         frames = self.frames.get(kind, ()) if kind else ()
-        return [frame.replace(_SENTENCE, template) for frame in frames or (_SENTENCE,) for template in kept]
+        return [frame.replace(SENTENCE, template) for frame in frames or (SENTENCE,) for template in kept]
 
 
 @cache
@@ -112,8 +113,8 @@ def _problems(table: dict[str, Any]) -> Iterator[str]:
         if not LEAST <= len(each) <= MOST:
             yield f"frames.{kind}: has {len(each)} frames; allowed: {LEAST} to {MOST}"
         for frame in each:
-            if frame.count(_SENTENCE) != 1 or set(frame.replace(_SENTENCE, "")) & set("{}"):
-                yield f"frames.{kind}: {frame!r} must have the slot {_SENTENCE} once, and no other"
+            if frame.count(SENTENCE) != 1 or set(frame.replace(SENTENCE, "")) & set("{}"):
+                yield f"frames.{kind}: {frame!r} must have the slot {SENTENCE} once, and no other"
         yield from (f"frames.{kind}: {frame!r} comes twice" for frame in sorted(set(each)) if each.count(frame) > 1)
 
 

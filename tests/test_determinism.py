@@ -27,6 +27,7 @@ TEACHERS = (
     "mix",
     "mistake(eps=0.5) | delayed(turns=1)",
     "placebo",
+    "misaligned",
     "feature_noise(high=1) | limited_knowledge | vague",
 )
 WHOLE = amount(False, full=True)

@@ -43,8 +43,21 @@ HAIKU, TANKA, LINE_PATTERN, ONE_NUMBER = "Haiku", "Tanka", "LineSyllableConstrai
 FORMS = (HAIKU, TANKA, LINE_PATTERN, ONE_NUMBER)
 _PATTERNS = {HAIKU: (5, 7, 5), TANKA: (5, 7, 5, 7, 7)}
 _OPTIONS = {LINE_PATTERN: "syllable_req", ONE_NUMBER: "syllable"}
+_FREE_LINES = 10  # most lines that a free form is asked for; longer poems are allowed
 _LINES = (3, 4, 5, 14, 15, 19)
 _SYLLABLES = (5, 7, 8, 9, 10, 17)
+_BLANK = re.compile(r"\n[ \t]*\n")
+_LEAD = re.compile(  # an announcement, or a title in bold, in quotes or behind a mark
+    r"""\A (?: [^\n]{1,120}:[ \t]*\n[ \t]*\n
+      | [^\n]{0,60}\b(?:haiku|tanka|poem|verses?)\b[^\n]{0,60}:[ \t]*\n
+      | (?:\#+[ \t]|title:)[^\n]{1,80}\n | (?P<bold>\*\*|__)[^\n]{1,80}(?P=bold)[ \t]*\n
+      | (?P<mark>[*_"])[^\n]{1,80}(?P=mark)[ \t]*\n[ \t]*\n ) \s*""",
+    re.IGNORECASE | re.VERBOSE,
+)
+_COUNTS = re.compile(  # the numbers of syllables behind a poem
+    r"\n[^\w\n]*(?:syllables?:[ \t]*)?[0-9]{1,2}(?:[ \t]?[-\u2013/,][ \t]?[0-9]{1,2})+(?:[ \t]syllables)?[^\w\n]*\Z",
+    re.IGNORECASE,
+)
 
 
 class Truth(NamedTuple):
@@ -94,6 +107,8 @@ class Poem(World[Truth, int, str]):
         if form not in FORMS:
             raise ValueError(f"form {form!r} is unknown; allowed: {', '.join(FORMS)}")
         self.form = form
+        lines = len(_PATTERNS.get(form, ()))
+        self.text_items = (lines, lines) if lines else (1, _FREE_LINES if form == ONE_NUMBER else MOST)
         self.observation_space = spaces.Discrete(1)
         self.action_space = Prose(max_length=MAX_LENGTH)
 
@@ -130,11 +145,16 @@ class Poem(World[Truth, int, str]):
         return str(action)
 
     def read(self, text: str) -> str | None:
-        """The poem behind a title, if without the title its number of lines is right; else None."""
-        title, _, poem = text.strip().partition("\n\n")
-        lines = len(lines_of(poem))
-        titled = hasattr(self, "_truth") and "\n" not in title and lines and not self._truth.demands(lines + 1)
-        return poem.strip() if titled and self._truth.demands(lines) else None
+        """The poem without a title or an announcement before it and without a remark behind it; None: it has neither.
+
+        A remark, and a title without marks, are known by the number of lines of the paragraph that is then left.
+        """
+        poem = _COUNTS.sub("", _LEAD.sub("", text.strip())).rstrip()
+        if hasattr(self, "_truth") and not self._truth.demands(len(lines_of(poem))):
+            parts = (_LEAD.sub("", part) for part in _BLANK.split(poem))
+            right = {part for part in parts if self._truth.demands(len(lines_of(part)))}
+            poem = right.pop() if len(right) == 1 else poem
+        return None if poem == text.strip() else poem
 
     def advance(self, action: str) -> tuple[int, float, bool, bool, dict[str, Any]]:
         """Count the syllables of a poem."""
@@ -166,6 +186,15 @@ class Poem(World[Truth, int, str]):
             return {}
         pattern = rng.integers(1, MOST + 1, size=rng.integers(1, MOST + 1)).tolist()
         return {name: pattern[0] if self.form == ONE_NUMBER else pattern}
+
+    def elsewhere(self, seed: int) -> Truth:
+        """A haiku or a tanka gets as many lines, each with another number of syllables than the form requires."""
+        self.reset(seed=seed)
+        if self.form in _PATTERNS:
+            others = ([n for n in _SYLLABLES if n != own] for own in self._truth.pattern)
+            pattern = tuple(each[self.np_random.integers(len(each))] for each in others)
+            self._load(self._truth._replace(pattern=pattern))
+        return self._truth
 
     def _load(self, truth: Truth) -> None:
         self._truth = truth

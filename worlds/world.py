@@ -79,6 +79,11 @@ class World(gymnasium.Env[ObservationT, ActionT], Generic[TruthT, ObservationT, 
     """Whether a text is taken as the action word for word; otherwise `read` looks for the action within it."""
     several_lines: bool = False
     """Whether an action in text form may have several lines; typed at a prompt, it then ends with an empty line."""
+    text_items: tuple[int, int] | None = None
+    """Least and greatest number of texts in an answer that is asked for as a list of texts, such as lines of verse;
+    None: the answer is not asked for as a list."""
+    answer_words: tuple[str, ...] = ()
+    """Words that `read` takes as actions, and that stand for none of their own, such as `stay`."""
     actions_key: str = ""
     """Key of the info that lists the actions that have an effect now; empty if there is no such list."""
     options: dict[str, Any]
@@ -213,6 +218,15 @@ class World(gymnasium.Env[ObservationT, ActionT], Generic[TruthT, ObservationT, 
     def draw_reset(self, rng: np.random.Generator) -> dict[str, Any]:
         """Random options for `reset`, also for audits; by default none."""
         return {}
+
+    def elsewhere(self, seed: int) -> TruthT:
+        """Begin another episode of the same kind, for claims that are true there and not here; returns its truth.
+
+        By default `reset(seed=seed)`. A world where each episode has the same task changes the task: the result must
+        still be a truth that `restore` accepts.
+        """
+        self.reset(seed=seed)
+        return self.truth
 
     def original(self, actions: Sequence[Any], seed: int) -> gymnasium.Env[Any, Any] | None:
         """The environment of another package that this world reimplements, for benchmarks; None if there is none.

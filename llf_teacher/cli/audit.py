@@ -315,6 +315,7 @@ def _print(found: list["Audit"]) -> None:
     for student, number in claims.items():
         table.add_row(f"{number}", f"{wrong[student]}", escape(student))
     console.print("[bold]students[/]", table, sep="\n")
+    _print_elsewhere(console, [each for each in found if each.elsewhere])
     _print_hedges(console, [each for each in found if each.hedges.sentences])
     console.print(
         "\nColumns: claims by kind; share of claims that hold, with those of instructions; claims of the oracle that "
@@ -342,6 +343,16 @@ def _print(found: list["Audit"]) -> None:
             lost, new = (", ".join(names) or "nothing" for names in (change.vanished, change.appeared))
             console.print(f"  {change.before}\n  {change.after}\n  vanished: {lost}; appeared: {new}", markup=False)
     console.print(f"\n{summary(found)}", markup=False)
+
+
+def _print_elsewhere(console: Console, found: list["Audit"]) -> None:
+    """Print how many claims of other lessons hold there, and how many hold here, by chance."""
+    for each in found:
+        table = Table("kind", "claims", "true there", "true here", box=None, padding=(0, 2, 0, 0))
+        for kind, numbers in each.displaced().items():
+            claims, _, here = numbers
+            table.add_row(kind or "", *(f"{number:,}" for number in numbers[:2]), f"{here:,} ({here / claims:.0%})")
+        console.print(f"[bold]from elsewhere by {escape(each.teacher)} in {escape(each.id)}[/]", table, sep="\n")
 
 
 def _print_hedges(console: Console, found: list["Audit"]) -> None:

@@ -22,7 +22,7 @@ from teachers.atoms import KINDS, ParseFailure
 from teachers.feedback import number_of, parse_kinds
 from teachers.spec import unknown
 from teachers.terminal import Waiting
-from teachers.words import KIND_MEANINGS, KIND_WORDS, VERDICTS, VerdictWord, kind_word
+from teachers.words import KIND_MEANINGS, KIND_WORDS, VERDICTS, VerdictWord, kind_word, verdict_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -209,6 +209,7 @@ def _watch(
         recorder = Recorder(env.family.name, env.student_view, env.teacher)
         recorder.read(env.family, PHRASES if speaks_freely(taught) else NOBODY)
     _put(console, Text(f"Seed {seed}. Student: {player}. Teacher: {taught}. Ctrl-C leaves.", "dim"))
+    form = None
     try:
         turns = play_turns(env, policy, seed)
         while True:
@@ -216,7 +217,10 @@ def _watch(
                 turn = next(turns, None)
             if turn is None:
                 break
-            _show_turn(console, recorder.note(**(policy.record() if turn.moment.turn else {})), env.family.name)
+            row = recorder.note(**(policy.record() if turn.moment.turn else {}))
+            if form is None and (form := getattr(policy, "form", None)):
+                _put(console, Text(f"The student's model is asked for answers as {form}.", "dim"))
+            _show_turn(console, row, env.family.name)
     except LLMError as error:
         raise ValueError(f"{error}") from None
     except KeyboardInterrupt:
@@ -226,6 +230,8 @@ def _watch(
         env.close()
     last, found = recorder.rows[-1], recorder.episode(policy.reads)
     _say_result(console, last.turn, last.success, found.total_reward)
+    if found.truncated:
+        _put(console, Text(f"{found.truncated} of {found.answers} answers were cut at max_tokens."))
 
 
 def _show_turn(console: Console, row: "TurnRow", family: str) -> None:
@@ -245,7 +251,7 @@ def _show_turn(console: Console, row: "TurnRow", family: str) -> None:
         console.print(f"reward: {row.reward:.4g}")
     _put_beside(console, Text("sees: ", "dim"), Text(escape_control_chars(row.observation), "dim"))
     said: list[tuple[Any, str, VerdictWord | None]]
-    said = [(each["kind"], each["text"], VERDICTS[each["label"]]) for each in turn["atoms"]]
+    said = [(each["kind"], each["text"], verdict_of(each["label"], each.get("elsewhere"))) for each in turn["atoms"]]
     said += [(each["kind"], each["text"], VERDICTS.get(each["label"])) for each in turn["own"]]
     if not said and (words := row.instruction if not row.turn else row.feedback):
         said = [(None, words, None)]

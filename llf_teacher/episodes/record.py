@@ -114,6 +114,8 @@ class TurnRow(NamedTuple):
     """The sentences of feedback in the teacher's own words, each by `reading_as_dict`; null if there are none."""
     paid: dict[str, Any] | None = None
     """The cost of a model in the teacher's seat: the fields of `Usage`; null without a model."""
+    form: str | None = None
+    """The form in which a model was asked for its answer: `json`, `tool` or `text`."""
 
 
 class EpisodeRow(NamedTuple):
@@ -237,12 +239,15 @@ def claim_name(claim: Claim, family: str) -> str:
     return f"{home}.{type(claim).__name__}"
 
 
-def as_dict(atom: Atom, label: Label, holds: bool, family: str, bits: "Bits | None" = None) -> dict[str, Any]:
+def as_dict(
+    atom: Atom, label: Label, holds: bool, family: str, bits: "Bits | None" = None, elsewhere: bool | None = None
+) -> dict[str, Any]:
     """An atom as JSON values.
 
     `claim` is as in `claim_name`; `action` is the action of the claim, for a plan the first one; null without an
     action. A hedged claim contains the hedged one as a field; `holds` then says whether that holds. `information`, the
-    bits of the atom and the fields of `Bits`, is present only if it was measured.
+    bits of the atom and the fields of `Bits`, is present only if it was measured; `elsewhere`, whether the claim holds
+    of the moment from which it was taken, only if that is another lesson's. `holds` and `label` are always of this one.
     """
     return {
         "kind": _plain(atom.kind),
@@ -253,6 +258,7 @@ def as_dict(atom: Atom, label: Label, holds: bool, family: str, bits: "Bits | No
         "holds": holds,
         "label": label.value,
         **({} if bits is None else {"information": {"bits": bits.bits, **bits._asdict()}}),
+        **({} if elsewhere is None else {"elsewhere": elsewhere}),
     }
 
 

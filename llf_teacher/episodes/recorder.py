@@ -88,6 +88,11 @@ class Recorder:
             return atom.claim.holds(self._moments[atom.about_turn], self._lab)
         return label is not Label.DISTORTED
 
+    def elsewhere(self, atom: Atom) -> bool | None:
+        """Whether a claim of another moment holds there; None if it was made of this lesson."""
+        moment = self._view.session.origin(atom)
+        return None if moment is None else atom.claim.holds(moment, self._lab)
+
     def note(self, **answer: Any) -> TurnRow:
         """Record the session's last turn; `answer` has further columns about a model's answer."""
         session = self._view.session
@@ -109,7 +114,7 @@ class Recorder:
             instruction=str(turn.instruction) or None,
             feedback=feedback,
             atoms=[
-                as_dict(atom, label, self.holds(atom, label), self.family, said.get(i))
+                as_dict(atom, label, self.holds(atom, label), self.family, said.get(i), self.elsewhere(atom))
                 for i, (atom, label) in enumerate(atoms)
             ],
             unchecked=unchecked(feedback, [atom.text for atom, _ in atoms]) or None,

@@ -15,6 +15,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from llf_teacher.models.forms import AnswerForm
 from llf_teacher.models.images import without_images
 from llf_teacher.models.replies import Answer, Usage
 
@@ -32,7 +33,10 @@ CREATE TABLE IF NOT EXISTS pledge (id INTEGER PRIMARY KEY, until REAL NOT NULL, 
     process INTEGER NOT NULL);
 CREATE TABLE IF NOT EXISTS sent (model TEXT PRIMARY KEY, requests INTEGER NOT NULL, lost INTEGER NOT NULL);
 CREATE TABLE IF NOT EXISTS served (endpoint TEXT, model TEXT, id TEXT NOT NULL, PRIMARY KEY (endpoint, model));
+CREATE TABLE IF NOT EXISTS form (key TEXT PRIMARY KEY, model TEXT NOT NULL, name TEXT NOT NULL, why TEXT NOT NULL)
+    WITHOUT ROWID;
 """
+_FORMS = "SELECT model, name, why FROM form ORDER BY key"
 _TRIES = 100  # attempts to set the mode of a file, 0.1 s apart
 _FACTS = ("reasoning", "finish", "model", "seconds", "call", "unsent")
 
@@ -181,6 +185,16 @@ class Cache:
             db.execute("INSERT OR REPLACE INTO served VALUES (?, ?, ?)", (endpoint, model, id))
         return id
 
+    def form(self, key: str) -> AnswerForm | None:
+        """The form that was chosen after a trial; None before it."""
+        row = self._first("SELECT name, why FROM form WHERE key = ?", key)
+        return AnswerForm(*row) if row else None
+
+    def keep_form(self, key: str, model: str, form: AnswerForm) -> None:
+        """Store the form that was chosen for a model; it stays, so that a study that goes on asks in the same form."""
+        with self._writing() as db:
+            db.execute("INSERT OR IGNORE INTO form VALUES (?, ?, ?, ?)", (key, model, *form))
+
     def spent(self) -> float:
         """USD in the ledger."""
         row = self._first("SELECT total(usd) FROM ledger")
@@ -192,16 +206,23 @@ class Cache:
         Returns:
             For each model its name, the number of requests with a possible charge (`requests`), their tokens, their
             price in USD, how many of them have an unknown price (`unpriced`), the number of sent requests, and the
-            number of requests without a reply (`lost`).
+            number of requests without a reply (`lost`); after a trial the `form` in which it is asked, with the reason.
         """
         names = ("model", "requests", "input_tokens", "output_tokens", "usd", "unpriced")
         sums = "count(*), coalesce(sum(input_tokens), 0), coalesce(sum(output_tokens), 0), total(usd), sum(usd IS NULL)"
         rows = self._db.execute(f"SELECT model, {sums} FROM ledger GROUP BY model")  # noqa: S608
         paid = {row[0]: dict(zip(names, row, strict=True)) for row in rows}
         sent = {model: counts for model, *counts in self._db.execute("SELECT model, requests, lost FROM sent")}
+        forms = {model: {"form": f"{AnswerForm(*form)}"} for model, *form in self._db.execute(_FORMS)}
         none = dict(zip(names[1:], (0, 0, 0, 0.0, 0), strict=True))
         return [
-            {"model": model, **none, **paid.get(model, {}), **dict(zip(("sent", "lost"), counts, strict=True))}
+            {
+                "model": model,
+                **none,
+                **paid.get(model, {}),
+                **dict(zip(("sent", "lost"), counts, strict=True)),
+                **forms.get(model, {}),
+            }
             for model in sorted(paid.keys() | sent.keys())
             # files of an earlier release have no counts
             for counts in [sent.get(model, [paid.get(model, none)["requests"], 0])]

@@ -18,7 +18,8 @@ from urllib.parse import urlsplit
 
 from llf_teacher.models import LLMError, NoAnswerError, SpendingLimitError
 from llf_teacher.models.cache import Cache, Sent
-from llf_teacher.models.hints import UNREACHED, hint, is_page
+from llf_teacher.models.forms import FORMS, AnswerForm, broken, trial
+from llf_teacher.models.hints import UNREACHED, hint, is_about_form, is_page
 from llf_teacher.models.images import images_of
 from llf_teacher.models.refusals import adapted, refused
 from llf_teacher.models.replies import FILTERED, Answer, Prices, Usage, read, served
@@ -37,6 +38,7 @@ _SECRET = 8  # minimum length of a key to mask; a shorter one may be in a text b
 _WAITS = 300.0  # seconds, more than all pauses between attempts
 _OF_ALL = (401, 402, 403, 404, 408, 409, 429)  # statuses about key, address or time, not about the request
 _LOOK = 5.0  # seconds to ask an endpoint for its models
+_NO_ANSWER = " gave no answer: "
 _PAUSE = 0.1  # seconds between two attempts to reserve money
 
 
@@ -65,6 +67,7 @@ class Endpoint:
         if settings.key and _is_open(base_url):
             warnings.warn(f"the API key goes to {base_url} for everyone to read; use https", UserWarning, stacklevel=2)
         self._cache = Cache(settings.cache)
+        self._forming = threading.Lock()
         self._unsent: dict[str, tuple[str, ...]] = {}
         self._client = openai.AsyncOpenAI(
             base_url=base_url,
@@ -102,6 +105,39 @@ class Endpoint:
         if answer.finish == FILTERED:
             raise NoAnswerError(f"the content filter of {self.base_url} withholds what {request['model']} says")
         return answer
+
+    def form(self, request: dict[str, Any], prices: Prices | tuple[float, float] | None = None) -> AnswerForm:
+        """The first form of answers that the endpoint keeps for a model; tried once, and stored in the cache.
+
+        Args:
+            request: the body without messages and form: `model`, `temperature` and the like.
+            prices: as for `answer`.
+
+        Raises:
+            LLMError: there is no answer for a reason other than the form.
+        """
+        key = Cache.key({**self._identity(request["model"]), **request, "form": "auto"})
+        with self._forming:
+            found = self._cache.form(key)
+            if found is None:
+                found = self._first_kept(request, prices)
+                self._cache.keep_form(key, request["model"], found)
+                found = self._cache.form(key) or found  # another process may have been first
+        return found
+
+    def _first_kept(self, request: dict[str, Any], prices: Prices | tuple[float, float] | None) -> AnswerForm:
+        reasons: list[str] = []
+        for form in FORMS[:-1]:
+            try:
+                why = broken(form, self.answer({**request, **trial(form)}, prices))
+            except LLMError as error:
+                if not (isinstance(error, NoAnswerError) or is_about_form(f"{error}")):
+                    raise
+                why = f"was refused: {f'{error}'.partition(_NO_ANSWER)[2] or error}"
+            if not why:
+                return AnswerForm(form, "; ".join(reasons))
+            reasons.append(f"{form} {why}")
+        return AnswerForm(FORMS[-1], "; ".join(reasons))
 
     def _identity(self, model: str) -> dict[str, str]:
         """The endpoint's part of a key in the cache: its address, or its name and the model that it serves."""
@@ -231,7 +267,7 @@ class Endpoint:
         if unreached or (status is not None and may_pass(status, headers)):
             raise PassingError(problem, asked_for(headers), lost=unreached and not unsent)
         kind = NoAnswerError if status in range(400, 500) and status not in _OF_ALL else LLMError
-        raise kind(f"{self.base_url} gave no answer: {problem}")
+        raise kind(f"{self.base_url}{_NO_ANSWER}{problem}")
 
     def _describe(self, error: Exception) -> str:
         status = getattr(error, "status_code", None)

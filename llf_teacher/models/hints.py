@@ -4,6 +4,7 @@ import re
 
 from llf_teacher.models.settings import KEY
 
+_FORM = "give another answer, such as answer='text'"
 _HINTS = (
     ((401, 403), "", f"set {KEY}"),
     ((402,), "", "the account of the key has no money left"),
@@ -18,7 +19,7 @@ _HINTS = (
     (
         (400, 404, 422, 500),
         r"response_format|json_schema|invalid schema|structured output|grammar|tool_choice|support.{0,30}\btools?\b",
-        "give another answer, such as answer='text'",
+        _FORM,
     ),
     ((200,), r"\A\s*<", "this is a web page; give another base_url, which often ends in /v1"),
     (
@@ -41,6 +42,11 @@ def hint(status: int | None, text: str) -> str:
     """
     found = [say for statuses, wanted, say in _HINTS if status in statuses and re.search(wanted, text, re.I)]
     return f"; {found[-1]}" if found else ""
+
+
+def is_about_form(message: str) -> bool:
+    """Whether an error's message has the hint to give another form of answer."""
+    return _FORM in message
 
 
 def is_page(reply: str) -> bool:

@@ -14,6 +14,7 @@ from llf_teacher.models import settings
 from llf_teacher.models.cache import Cache
 from llf_teacher.models.client import Endpoint, check_extra, connect
 from llf_teacher.models.endpoints import Address, check_name, checked_url, place_of
+from llf_teacher.models.forms import AUTO, AnswerForm
 from llf_teacher.models.local.catalogue import find, is_local, resolved
 from llf_teacher.models.local.endpoint import asked_as, check_local, connect_local, local_settings
 from llf_teacher.models.replies import Answer, Prices
@@ -21,6 +22,8 @@ from llf_teacher.models.settings import ClientSettings
 from teachers.spec import Spec, check_range
 
 _RESERVED = ("model", "messages", "stream", "n", "tools", "tool_choice", "response_format")
+_TRIAL = 100  # tokens of an answer to a trial, at least
+_LIMIT = 1000  # tokens of an answer that may be thoughts
 _RESOLVED = ("model", "base_url", "endpoint")
 
 
@@ -42,8 +45,9 @@ class ModelSettings:
     """Its endpoint's address, without `endpoint`; by default `LLF_LLM_BASE_URL`, `OPENAI_BASE_URL` or OpenAI's."""
     temperature: float | None = 0.0
     """Sampling temperature, 0 to 10; None: the endpoint's default."""
-    max_tokens: int | None = 1000
-    """Maximum length of an answer, in tokens; None: the endpoint's default."""
+    max_tokens: int | str | None = AUTO
+    """Maximum length of an answer, in tokens; None: the endpoint's default. `auto`: what the longest action needs, but
+    at least 1,000 where the model is not of this machine, since it may think before it answers."""
     seed: bool = True
     """Whether requests have a sampling seed, which depends only on the episode's seed."""
     input_price: float | None = None
@@ -69,7 +73,7 @@ class ModelSettings:
             self._resolve_address()
         if self.temperature is not None:
             check_range("temperature", self.temperature, 0, 10)
-        if self.max_tokens is not None:
+        if self.max_tokens is not None and self.max_tokens != AUTO:
             check_range("max_tokens", self.max_tokens, 1, 1_000_000, int)
         if not isinstance(self.seed, bool):
             raise ValueError(f"seed must be True or False, got {self.seed!r}")
@@ -106,15 +110,26 @@ class ModelSettings:
         """
         return place_of(self.endpoint, environment) if self.endpoint else Address(self.base_url)
 
-    def sampling(self, rng: np.random.Generator | None) -> dict[str, Any]:
-        """The sampling part of the request bodies of an episode.
+    def limit(self, needed: int | None = None) -> int | None:
+        """Maximum length of an answer, in tokens; None: the endpoint's default.
+
+        Args:
+            needed: what the longest action needs; None: unknown.
+        """
+        if not isinstance(self.max_tokens, str):
+            return self.max_tokens
+        return needed if needed is not None and is_local(self.model) else max(needed or 0, _LIMIT)
+
+    def sampling(self, rng: np.random.Generator | None, needed: int | None = None) -> dict[str, Any]:
+        """The sampling part of a request's body.
 
         Args:
             rng: draws the seed, if the settings want one.
+            needed: what the longest action needs, in tokens; None: unknown.
         """
         sampling = {
             "temperature": self.temperature,
-            "max_tokens": self.max_tokens,
+            "max_tokens": self.limit(needed),
             "seed": int(rng.integers(2**31)) if self.seed and rng is not None else None,
         }
         return {name: value for name, value in sampling.items() if value is not None}
@@ -139,15 +154,34 @@ class Model:
             self._endpoint = connect(address.base_url, client, settings.endpoint)
         self._sampling = settings.sampling(rng)
 
-    def answer(self, messages: list[dict[str, Any]], form: Mapping[str, Any] | None = None) -> Answer:
+    def form(self, answer: str) -> AnswerForm:
+        """The form of answers for the option `answer`; `auto` is tried once for each model and endpoint.
+
+        Raises:
+            LLMError: the endpoint gives no answer, for a reason other than the form.
+        """
+        if answer != AUTO:
+            return AnswerForm(answer)
+        asked = self._settings
+        sampling = asked.sampling(None)
+        if "max_tokens" in sampling:
+            sampling["max_tokens"] = max(sampling["max_tokens"], _TRIAL)
+        body = {"model": self._name, **sampling, **(asked.extra or {})}
+        return self._endpoint.form(body, asked.prices)
+
+    def answer(
+        self, messages: list[dict[str, Any]], form: Mapping[str, Any] | None = None, needed: int | None = None
+    ) -> Answer:
         """The model's answer to messages; see `Endpoint.answer` for the errors.
 
         Args:
             messages: of a chat completion.
             form: the part of the request's body for the form of the answer; None: a text.
+            needed: what the longest answer needs, in tokens; None: unknown.
         """
         asked = self._settings
-        body = {**(form or {}), **self._sampling, **(asked.extra or {})}
+        sampling = self._sampling | ({} if asked.max_tokens is None else {"max_tokens": asked.limit(needed)})
+        body = {**(form or {}), **sampling, **(asked.extra or {})}
         return self._endpoint.answer({"model": self._name, "messages": messages, **body}, asked.prices)
 
 

@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 from typing import Any
 
+from llf_teacher.models.forms import AUTO, check_answer
 from llf_teacher.models.model import AsksModel, Model, prompt_facts
-from llf_teacher.speakers.llm_teacher import ANSWERS, claims_form
+from llf_teacher.speakers.llm_teacher import claims_form
 from pz_envs.text.json_values import find_message
 from teachers.schema import Vocabulary
-from teachers.spec import unknown
 
 _SYSTEM = (
     "A teacher says something to a student that acts in a world. You are given one sentence, and say which of the "
@@ -33,8 +33,9 @@ class LLMReader(AsksModel):
     base_url: str = ""
     temperature: float | None = 0.0
     max_tokens: int | None = 300
-    answer: str = "json"
-    """The form of the request: `json`, with a JSON Schema, or `text`, only by the prompt."""
+    answer: str = AUTO
+    """The form of the answer: `json` of a schema, a call of a `tool`, `text`, only by the prompt, or `auto`, the first
+    of these that the endpoint keeps."""
     input_price: float | None = None
     output_price: float | None = None
     cached_price: float | None = None
@@ -42,8 +43,7 @@ class LLMReader(AsksModel):
     extra: dict[str, Any] | None = None
 
     def __post_init__(self) -> None:
-        if self.answer not in ANSWERS:
-            raise ValueError(unknown("value of answer", self.answer, ANSWERS))
+        check_answer(self.answer)
         super().__post_init__()
 
     def __call__(self, sentence: str, vocabulary: Vocabulary) -> Any:
@@ -53,8 +53,9 @@ class LLMReader(AsksModel):
             LLMError: the model gave no answer.
         """
         system = {"role": "system", "content": _SYSTEM.format(listing=vocabulary.listing())}
-        form = claims_form(vocabulary) if self.answer == "json" else None
-        return find_message(Model(self.settings).answer([system, {"role": "user", "content": sentence}], form).text)
+        model = Model(self.settings)
+        form = claims_form(model.form(self.answer).name, vocabulary)
+        return find_message(model.answer([system, {"role": "user", "content": sentence}], form).text)
 
     def facts(self) -> dict[str, Any]:
         """The prompt with its SHA-256, and what identifies a model of this machine."""

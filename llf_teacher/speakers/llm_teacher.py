@@ -7,9 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from llf_teacher.models.forms import AUTO, check_answer
 from llf_teacher.models.model import AsksModel, Model, ModelSettings, prompt_facts
 from llf_teacher.models.replies import Usage
 from llf_teacher.speakers.speaker import Speaker
+from pz_envs.text.answer_formats import form_fields
 from pz_envs.text.json_values import find_message
 from teachers.atoms import FN, FP, Atom, Claim, Moment, ParseFailure, Utterance
 from teachers.schema import LONGEST_TEXT, Message, Vocabulary
@@ -17,7 +19,6 @@ from teachers.spec import check_range, unknown
 
 KNOWS = ("claims", "nothing")
 """The model's knowledge of the truth: the oracle's claims of this turn, or nothing."""
-ANSWERS = ("json", "text")
 SAYS = ("words", "claims")
 """The form of the model's answers: words for the student, or claims, which are checked."""
 _BEGIN = (
@@ -74,7 +75,7 @@ class ModelPolicy:
                 question += _DATA.format(data=json.dumps(_data(suggestion.atoms, vocabulary), ensure_ascii=False))
         past = self._past[-2 * spec.history :] if spec.history else []
         asked = {"role": "user", "content": question}
-        form = claims_form(vocabulary) if spec.says == "claims" and spec.answer == "json" else None
+        form = claims_form(self._model.form(spec.answer).name, vocabulary) if spec.says == "claims" else None
         answer = self._model.answer([{"role": "system", "content": self._system}, *past, asked], form)
         words, self.usage = answer.text.strip(), answer.usage
         self._past += [asked, {"role": "assistant", "content": words[:LONGEST_TEXT] or "(nothing)"}]
@@ -98,11 +99,9 @@ class ModelPolicy:
         return Message(tuple(kept), "", tuple(problems))
 
 
-def claims_form(vocabulary: Vocabulary) -> dict[str, Any]:
-    """The part of a request that asks for a message."""
-    return {
-        "response_format": {"type": "json_schema", "json_schema": {"name": "message", "schema": vocabulary.schema()}}
-    }
+def claims_form(form: str, vocabulary: Vocabulary) -> dict[str, Any] | None:
+    """The part of a request that asks for a message in a form; None: as text."""
+    return None if form == "text" else form_fields(form, "message", "Say these claims.", vocabulary.schema())
 
 
 def _data(atoms: tuple[Atom, ...], vocabulary: Vocabulary) -> list[dict[str, Any]]:
@@ -127,8 +126,9 @@ class LLMTeacher(AsksModel, Speaker):
     """One of `SAYS`. With claims, sentences of an answer's text that the voice would not make of its claims are
     unchecked.
     """
-    answer: str = "json"
-    """The form of a request for claims: `json`, with a JSON Schema, or `text`, only by the prompt."""
+    answer: str = AUTO
+    """The form of an answer with claims: `json` of a schema, a call of a `tool`, `text`, only by the prompt, or `auto`,
+    the first of these that the endpoint keeps."""
     filter: bool = False
     """Whether it says only checked claims, with `says="claims"`: true claims in the words of the voice."""
     input_price: float | None = None
@@ -138,7 +138,8 @@ class LLMTeacher(AsksModel, Speaker):
     extra: dict[str, Any] | None = None
 
     def __post_init__(self) -> None:
-        for name, allowed in (("knows", KNOWS), ("says", SAYS), ("answer", ANSWERS)):
+        check_answer(self.answer)
+        for name, allowed in (("knows", KNOWS), ("says", SAYS)):
             if (value := getattr(self, name)) not in allowed:
                 raise ValueError(unknown(f"value of {name}", value, allowed))
         if not isinstance(self.filter, bool) or (self.filter and self.says != "claims"):

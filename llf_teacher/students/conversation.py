@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import cache
 from operator import itemgetter
 from pathlib import Path
@@ -14,9 +14,20 @@ import numpy as np
 
 from llf_teacher.models.images import data_url
 from llf_teacher.students.student import state_of
-from pz_envs.text.actions import first_answer
-from pz_envs.text.answer_formats import ANSWERS, action_in, answer_of, example, request_fields, written
+from pz_envs.text.actions import first_answer, parse_action
+from pz_envs.text.answer_formats import (
+    ANSWERS,
+    THOUGHT,
+    action_in,
+    answer_of,
+    example,
+    longest_answer,
+    request_fields,
+    worded,
+    written,
+)
 from pz_envs.text.thoughts import SplitReply, split_thought
+from teachers.atoms import ParseFailure
 from teachers.spec import check_range
 from worlds.world import World
 
@@ -24,6 +35,8 @@ PROMPTS = Path(__file__).with_name("prompts")
 SYSTEM, TURN, EXAMPLES = "system.j2", "turn.j2", "examples.jsonl"
 PRESETS = ("neutral",)
 """Prompts that come with the package, beside the default."""
+STOPS = ("\n\nTeacher:", "\nYour action?", "\nUser:")
+"""Texts that end an answer in words, where the model begins to speak for others; the first two are of `turn.j2`."""
 _REVIEW = (
     "The episode is over. The teacher said at its end: {words}\n\nWrite down what helps you to do better in the next "
     "episodes of this task, in at most {most} words and nothing else. All else is forgotten; so are earlier notes."
@@ -63,19 +76,20 @@ class Conversation:
     """The messages to a chat model, turn by turn.
 
     `ask` returns the messages to send; `answer` takes the model's answer and returns the action for the environment.
-    It does not send back thoughts between marks such as `<think>`, empty answers, or turns of others that the model
-    invented. If an observation has an `image`, the question is a list of parts: the text and the image as a PNG
-    in a data URL.
+    It does not send back thoughts between marks such as `<think>`, answers that are no action, or turns of others that
+    the model invented; of an answer that was cut, it sends back the action alone. If an observation has an `image`, the
+    question is a list of parts: the text and the image as a PNG in a data URL.
 
     Args:
-        env: an environment from `llf_teacher.make(..., text=True)`, or a world; for an example of an answer and the
-            number of turns. None: no example, no number of turns.
+        env: an environment from `llf_teacher.make(..., text=True)`, or a world; for the form of actions and the number
+            of turns. None: actions of any form, no number of turns.
         history: maximum number of past turns in a prompt, the latest; the instruction is always in it.
         max_prompt_tokens: when a prompt would be longer, cut the history until the prompt has half this length, so that
             the beginning of the prompt stays the same for many turns and an endpoint can cache it. The instruction is
             never cut. None: no limit.
         images: number of the latest turns that are sent with their images; earlier turns are sent as text.
         answer: `text`, `json` or `tool`; `options` has the fields that a request needs for the last two.
+        thought: greatest number of characters of a thought before the action; 0: no thought.
         prompts: folder of templates `system.j2` and `turn.j2`, or one of `PRESETS`; a missing template is the default.
             Its `examples.jsonl`, if there is one, has an example of a turn per line, an object with `question` and
             `answer`; they stand before the conversation.
@@ -93,10 +107,11 @@ class Conversation:
         max_prompt_tokens: int | None = None,
         images: int = 1,
         answer: str = "text",
+        thought: int = THOUGHT,
         prompts: Path | str | None = None,
         rng: np.random.Generator | None = None,
     ) -> None:
-        check_options(history, max_prompt_tokens, answer, images)
+        check_options(history, max_prompt_tokens, answer, images, thought)
         self._view = None if env is None else getattr(env.unwrapped, "student_view", None)
         world: World[Any] | None = env if self._view is None else self._view.session.world  # type: ignore[assignment]
         self.history, self.max_prompt_tokens, self.form, self.images = history, max_prompt_tokens, answer, images
@@ -106,9 +121,11 @@ class Conversation:
         self._examples = [Exchange(Question(question), said, called) for question, said in _examples(texts)]
         rng = np.random.default_rng(0) if rng is None else rng
         self._example = "" if world is None else example(answer, written(world.scratch(), rng))
-        self._world = world
-        self.options = request_fields(answer, world)
-        """Further fields of a request's body."""
+        self._world, self._thought = world, thought
+        self.options = request_fields(answer, world, (), thought)
+        """Further fields of the next request's body."""
+        self.most_tokens = None if world is None else longest_answer(world, answer, thought)
+        """Number of tokens that leaves room for any answer; None without a world."""
         self.clear()
 
     def clear(self) -> None:
@@ -147,15 +164,22 @@ class Conversation:
         """Replace the turns so far by notes of at most `words` words."""
         self.notes, self._turns, self._start, self._words = text.strip()[: most * _LETTERS], [], 0, ""
 
-    def ask(self, observation: dict[str, Any], turns_left: int | None = None) -> list[Message]:
+    def ask(
+        self, observation: dict[str, Any], turns_left: int | None = None, listed: Sequence[str] = ()
+    ) -> list[Message]:
         """The messages to send for an observation of the student's seat, or of the environment.
 
         Args:
             observation: this turn's observation.
             turns_left: turns until the episode ends, including this one; None: the environment's number, if any.
+            listed: the commands that the world lists in this turn; empty: those of the environment, if any.
         """
-        if turns_left is None and self._view is not None:
-            turns_left = self._view.turns_left
+        if self._view is not None:
+            turns_left = self._view.turns_left if turns_left is None else turns_left
+            session = self._view.session
+            listed = listed or session.info.get(session.world.actions_key) or ()
+        if listed and self._world is not None:
+            self.options = request_fields(self.form, self._world, listed, self._thought)
         if instruction := f"{observation['instruction']!s}":
             self._begin(instruction)
         self._number += 1
@@ -173,22 +197,39 @@ class Conversation:
         self._bytes = _size(messages)
         return messages
 
-    def answer(self, text: str | SplitReply, *, call: str = "", input_tokens: int | None = None) -> str:
+    def answer(
+        self, text: str | SplitReply, *, call: str = "", input_tokens: int | None = None, cut: bool = False
+    ) -> str:
         """The action in the model's answer, for the environment's `step`.
 
         Args:
             text: the answer, or the arguments of a tool call; whole, or with its thoughts split off.
             call: id of the tool call.
             input_tokens: the endpoint's count of tokens in the messages.
+            cut: whether the answer was cut at its greatest length.
         """
         split = split_thought(text)
         self.said, self.invented = first_answer(split.answer, self._world)
-        self._turns.append(Exchange(self._asked, self.said[:_LONGEST], call))
+        action, thought = action_in(self.form, self.said, self._world)
+        self._turns.append(Exchange(self._asked, self._kept(action, cut), call))
         if input_tokens:
             self._per_byte = min(max(input_tokens / self._bytes, _SPAN[0]), _SPAN[1])
-        action, thought = action_in(self.form, self.said)
         self.thought = "\n\n".join(filter(None, (split.thought, thought)))
         return action
+
+    def _kept(self, action: str, cut: bool) -> str:
+        """What is sent back of the last answer: nothing if it is no action, and only the action if it was cut."""
+        if self._world is None:
+            return self.said[:_LONGEST]
+        if action in self._world.answer_words:
+            words = action
+        elif isinstance(taken := parse_action(action, self._world), ParseFailure):
+            return ""
+        else:
+            words = worded(self._world, taken)
+        if not cut:
+            return self.said[:_LONGEST]
+        return f"Response: {words}" if self.form == "text" else answer_of(self.form, words)
 
     def did(self, action: str) -> None:
         """Record this action as taken, in place of the last answer."""
@@ -212,7 +253,9 @@ class Conversation:
         return messages
 
     def _messages(self) -> list[Message]:
-        rendered = self._system.render(instruction=self.instruction, example=self._example, answer=self.form)
+        rendered = self._system.render(
+            instruction=self.instruction, example=self._example, answer=self.form, thought=self._thought
+        )
         noted = _NOTES.format(notes=self.notes) if self.notes else ""
         messages: list[Message] = [{"role": "system", "content": rendered + noted}]
         asked = Question("")  # a question without an answer is sent together with the next
@@ -241,7 +284,9 @@ def text_of(message: Message) -> str:
     return "".join(part.get("text", "") for part in content) if isinstance(content, list) else f"{content or ''}"
 
 
-def check_options(history: int, max_prompt_tokens: int | None, answer: str, images: int = 1) -> None:
+def check_options(
+    history: int, max_prompt_tokens: int | None, answer: str, images: int = 1, thought: int = THOUGHT
+) -> None:
     """Check the options of a conversation.
 
     Raises:
@@ -249,6 +294,7 @@ def check_options(history: int, max_prompt_tokens: int | None, answer: str, imag
     """
     check_range("history", history, 0, 1000, int)
     check_range("images", images, 0, 1000, int)
+    check_range("thought", thought, 0, 1000, int)
     if max_prompt_tokens is not None:
         check_range("max_prompt_tokens", max_prompt_tokens, 1, 1_000_000_000, int)
     if answer not in ANSWERS:
@@ -269,7 +315,7 @@ def texts_of(prompts: Path | str | None) -> dict[str, str]:
         )
     paths = {name: (folder if (folder / name).is_file() else PROMPTS) / name for name in names}
     texts = {name: path.read_text("utf-8-sig") for name, path in paths.items() if path.is_file()}
-    seen: dict[str, dict[str, Any]] = {SYSTEM: {"instruction": "", "example": "", "answer": "text"}, TURN: _NO_TURN}
+    seen: dict[str, dict[str, Any]] = {SYSTEM: _SYSTEM_VALUES, TURN: _NO_TURN}
     for name, values in seen.items():
         try:
             _template(texts[name]).render(values)
@@ -306,6 +352,7 @@ def digest_of(prompts: Path | str | None) -> str:
     return hashlib.sha256("\0".join(texts_of(prompts).values()).encode()).hexdigest()[:12]
 
 
+_SYSTEM_VALUES = {"instruction": "", "example": "", "answer": "text", "thought": THOUGHT}
 _NO_TURN = {"observation": "", "feedback": "", "turn": 1, "turns_left": None, "begins_anew": False}
 
 

@@ -33,6 +33,8 @@ class ModelReply(TypedDict, total=False):
     """The thoughts before it, if they were marked or in a separate field."""
     finish: str
     """Why the answer ended: `length` if it is incomplete."""
+    form: str
+    """The form that was asked for: `json`, `tool` or `text`."""
     input_tokens: int
     output_tokens: int
     usd: float

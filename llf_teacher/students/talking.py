@@ -32,7 +32,8 @@ class TalkingPolicy(Policy[S_co]):
         """The answer; the seat finds the action in it."""
         seen = observation if self._opening else {**observation, "instruction": ""}
         self._opening = False
-        return self.reply(self.talk.ask(seen, info.get("turns_left")))
+        listed = info.get(self.world.actions_key) or ()
+        return self.reply(self.talk.ask(seen, info.get("turns_left"), listed))
 
     def did(self, action: Any) -> None:
         """Record in the conversation that this action replaced the answered one."""

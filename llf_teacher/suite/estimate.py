@@ -7,7 +7,7 @@ from llf_teacher.students.builtin.llm import LLM
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.trait import traits_of
 from llf_teacher.studies.definition.custom_specs import student_spec
-from llf_teacher.studies.execution.prompts import bytes_of_prompts
+from llf_teacher.studies.execution.prompts import sizes_of_prompts
 from llf_teacher.suite.experiment import TURNS
 from llf_teacher.suite.taking import QUICK_TURNS, chosen, seeds_of, studies_of
 
@@ -34,7 +34,7 @@ class CostEstimate:
         if self.input_tokens is None:
             return text
         out = "unknown" if self.output_tokens is None else f"at most {self.output_tokens}"
-        price = "price unknown" if self.usd is None else f"at most about {self.usd:.2f} USD"
+        price = "price unknown" if self.usd is None else f"at most about {self.usd:.2f} USD" if self.usd else "free"
         return f"{text}, about {self.input_tokens} tokens in, {out} out, {price}"
 
 
@@ -52,8 +52,10 @@ def estimate(student: str, names: Sequence[str] = (), quick: bool = False, key: 
     if not isinstance(bare, LLM) or not lessons:
         return CostEstimate(episodes=len(lessons), turns=turns)
     measured = [each for each in lessons if each.seed == lessons[0].seed]
-    tokens = sum(bytes_of_prompts(each, bare) for each in measured) * len(lessons) // len(measured) // BYTES
-    out = None if bare.max_tokens is None else turns * bare.max_tokens
+    sizes = [(each.max_turns, sizes_of_prompts(each, bare)) for each in measured]
+    tokens = sum(size.bytes for _, size in sizes) * len(lessons) // len(measured) // BYTES
+    answers = [turns * size.longest_answer for turns, size in sizes if size.longest_answer is not None]
+    out = sum(answers) * len(lessons) // len(measured) if len(answers) == len(sizes) else None
     prices = bare.settings.prices
     usd = None if prices is None or out is None else (tokens * prices.input + out * prices.output) / 1e6
     return CostEstimate(episodes=len(lessons), turns=turns, input_tokens=tokens, output_tokens=out, usd=usd)

@@ -92,6 +92,8 @@ class Audit:
     """
     contradictions: int = 0
     """Number of pairs of contradictory claims in one turn; see `Claim.excludes`."""
+    elsewhere: Counter[tuple[FeedbackType | None, bool, bool]] = field(default_factory=Counter)
+    """Number of claims taken from other lessons, by kind, whether they hold there, and whether they hold here."""
     hedges: Reliability = field(default_factory=Reliability)
     """How often hedged claims hold, by their stated probability."""
     gains: dict[str, Gain] = field(default_factory=dict)
@@ -128,14 +130,26 @@ class Audit:
 
     @property
     def caught(self) -> bool:
-        """Whether there are leaks, or, in spite of a promise, false claims, contradictions or overconfident hedges."""
-        false = self.count(Label.DISTORTED) + self.contradictions + self.overconfident
-        return self.leaks > 0 or (self.honest and false > 0)
+        """Whether there are leaks, claims false elsewhere, or what an honest teacher does not say.
+
+        That is false claims, contradictions and overconfident hedges.
+        """
+        if self.leaks or any(number for (_, there, _), number in self.elsewhere.items() if not there):
+            return True
+        return self.honest and self.count(Label.DISTORTED) + self.contradictions + self.overconfident > 0
 
     @property
     def overconfident(self) -> bool:
         """Whether hedged claims hold far less often than said: so that calibrated ones seem so once in 1,000 audits."""
         return self.hedges.verdict == "overconfident" and self.hedges.p_value < _CAUGHT
+
+    def displaced(self) -> dict[FeedbackType | None, tuple[int, int, int]]:
+        """For each kind with claims of other lessons: their number, how many hold there, and how many hold here."""
+        found: dict[FeedbackType | None, tuple[int, int, int]] = {}
+        for (kind, there, here), number in self.elsewhere.items():
+            claims, true_there, true_here = found.get(kind, (0, 0, 0))
+            found[kind] = claims + number, true_there + there * number, true_here + here * number
+        return found
 
     def as_dict(self) -> dict[str, Any]:
         """The result as JSON values."""
@@ -159,6 +173,10 @@ class Audit:
             "withheld": {kind: self.withheld[kind] for kind in sorted(self.withheld, key=str)},
             "leaks": self.leaks,
             "contradictions": self.contradictions,
+            "elsewhere": {
+                kind or "none": dict(zip(("claims", "true_there", "true_here"), numbers, strict=True))
+                for kind, numbers in sorted(self.displaced().items(), key=str)
+            },
             "hedges": self.hedges.as_dict(),
             "information": {
                 "turns": self.measured,
@@ -305,9 +323,9 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episod
         elif atoms:
             found.reworded += unchecked(f"{turn.instruction} {turn.feedback}", [atom.text for atom, _ in atoms])
         for atom, label in atoms:
-            if label is not Label.DISTORTED and not _is_genuine(unhedged(atom.claim)):
+            if not _is_genuine(unhedged(atom.claim)):
                 label = Label.DISTORTED  # its fields may equal what they do not say
-            if type(unhedged(atom.claim)) not in book.classes:
+            elif type(unhedged(atom.claim)) not in book.classes:
                 label = Label.UNCHECKED  # a class of one's own, whose check may say anything
             found.reworded += bool(atom.text) and not book.has(atom, moment.turn)
             if isinstance(atom.claim, Grounded) and label is not Label.DISTORTED:
@@ -319,6 +337,8 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episod
             said[atom.claim, atom.about_turn] += 1
             kind = None if atom in getattr(turn.instruction, "atoms", ()) else atom.kind
             found.claims[kind, label] += 1
+            if (there := recorder.elsewhere(atom)) is not None:
+                found.elsewhere[kind, there, recorder.holds(atom, label)] += 1
             if label is Label.HEDGED:
                 hedges.append((confidence(atom.claim), recorder.holds(atom, label)))
             found.students[str(student.spec)] += 1
@@ -327,7 +347,8 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episod
             leak = kind is not None and kind not in env.session.teacher.kinds
             leak |= names and (not reveals if kind is FP else kind is None and episode.instruction_type == "b")
             found.leaks += leak
-            for fault in ["leak"] * leak + ["false"] * (label is Label.DISTORTED and found.honest):
+            false = there is False or (label is Label.DISTORTED and found.honest)
+            for fault in ["leak"] * leak + ["false"] * false:
                 _add_example(found, fault, (atom,), where)
         for pair in contradictions(atom for atom, _ in atoms):
             found.contradictions += 1

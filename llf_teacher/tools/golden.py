@@ -13,13 +13,14 @@ from llf_teacher.serialization import to_json
 from teachers.atoms import Atom, Moment
 from worlds.world import World
 
-SEED, TURNS = 7, 6
+SEED, TURNS, MISALIGNED_TURNS = 7, 6, 2
 
 
 def transcript(id: str, seed: int = SEED, turns: int = TURNS) -> str:
     """An episode as text: the student follows the plan in every second turn, the teacher gives all feedback.
 
-    The instruction is complete (`c`) if possible, so that the record has its claims, too.
+    The instruction is complete (`c`) if possible, so that the record has its claims, too. At the end is the feedback of
+    a misaligned teacher in the first turns.
     """
     types = supported_types(id)[0]
     env = make(id, instruction_type="c" if "c" in types else types[-1], max_turns=turns)
@@ -41,7 +42,22 @@ def transcript(id: str, seed: int = SEED, turns: int = TURNS) -> str:
             lines += ["== opening", f"instruction: {turn.instruction!r}"]
         lines += _seen(session.world.describe(turn.state), turn.feedback, turn.atoms, moments, lab)
     env.close()
-    return "\n".join(lines) + "\n"
+    return "\n".join(lines + _misaligned(id, seed)) + "\n"
+
+
+def _misaligned(id: str, seed: int) -> list[str]:
+    env = make(id, max_turns=MISALIGNED_TURNS, teacher="misaligned")
+    lab = env.session.world.scratch()
+    lines: list[str] = []
+    for turn in play_turns(env, _Follower(env), seed):
+        lines += ["", f"== misaligned, turn {turn.moment.turn}", f"feedback: {str(turn.feedback)!r}"]
+        for atom in turn.atoms:
+            there = env.session.origin(atom)
+            if there is not None:
+                held = "holds elsewhere" if atom.claim.holds(there, lab) else "FALSE"
+                lines.append(f"{_claim(atom)} {held}, {'and' if atom.claim.holds(turn.moment, lab) else 'not'} here")
+    env.close()
+    return lines
 
 
 class _Follower:
@@ -64,11 +80,15 @@ class _Follower:
 def _seen(text: str, feedback: str, atoms: tuple[Atom, ...], moments: list[Moment[Any]], lab: World[Any]) -> list[str]:
     lines = [f"observation: {text!r}", f"feedback: {feedback!r}"]
     for atom in atoms:
-        claim = atom.claim
-        said = {field.name: getattr(claim, field.name) for field in dataclasses.fields(claim)}  # type: ignore[arg-type]
-        held = "holds" if claim.holds(moments[atom.about_turn], lab) else "FALSE"
-        lines.append(f"  {atom.kind or '-':2} {type(claim).__name__} {to_json(said)} {held}")
+        held = "holds" if atom.claim.holds(moments[atom.about_turn], lab) else "FALSE"
+        lines.append(f"{_claim(atom)} {held}")
     return lines
+
+
+def _claim(atom: Atom) -> str:
+    claim = atom.claim
+    said = {field.name: getattr(claim, field.name) for field in dataclasses.fields(claim)}  # type: ignore[arg-type]
+    return f"  {atom.kind or '-':2} {type(claim).__name__} {to_json(said)}"
 
 
 def write(folder: Path, which: tuple[str, ...] = ()) -> list[Path]:

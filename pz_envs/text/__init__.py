@@ -10,6 +10,6 @@
 | `phrases` | sentences that are word for word phrases | `Reader`, `read_sentences` |
 | `json_values` | JSON within a text, such as a message with claims | `find_message` |
 
-`actions` rests on `reply_markup` (labels, fences, tags, quotes) and `action_parsing` (the meaning of a piece), `claims`
+`actions` rests on `answer_place` (labels, sentences, fences) and `action_parsing` (the meaning of a sentence), `claims`
 on `claim_building`, `phrases` on `phrase_matching`. Nothing that is read is ever executed.
 """

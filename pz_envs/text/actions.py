@@ -1,12 +1,11 @@
-"""Reads a student's text as an action, strict in meaning and tolerant in form. Nothing is ever executed.
+"""Reads a student's text as an action, by one rule. Nothing is ever executed.
 
-- An answer is what the world itself reads as an action (`World.read`: its words for actions), or JSON: a number, a
-  string with such a word, a list, an object with the key `action`, or, where actions are dicts, one with their keys.
-- It may stand behind a label such as `Response:`, in a fence, a box of TeX, a tag, bold type, quotes or brackets. A
-  remark may follow after a blank line or in brackets.
-- Marked reasoning is cut, and so are turns that the model invents for others.
-- A text with two different actions is refused, and so is an action that is denied or taken back.
-- Where the world takes a text word for word, only the wrapping is cut: reasoning, labels, fences, tags, JSON, a title.
+What stands between thinking tags, or behind `Thought:`, is a thought. The action is the first sentence on the line
+behind the last label `Response:`, `Answer:`, `Action:` or the like, on the next line if that one is empty. Without a
+label it is JSON with an action, or the first or last sentence, if no sentence is another action. A sentence is an
+action if it says only that this action is chosen, and why. A text that is taken word for word, such as a poem, is all
+that stands behind the label, up to a thought, or the whole answer. All else is no action, and so is an answer that is
+taken back.
 """
 
 import json
@@ -16,69 +15,62 @@ from typing import Any
 
 from gymnasium import spaces
 
-from pz_envs.text.action_parsing import LONGEST, TwoActions, misnamed, read_piece, strict_value, text_in, the_one
-from pz_envs.text.reply_markup import (
-    behind_marker,
-    fenced,
-    labelled,
-    paragraphs,
-    spans,
-    tagged,
-    unlabelled,
-    unquoted,
-    verse,
-    visible,
-    without_stops,
+from pz_envs.text.action_parsing import (
+    LONGEST,
+    TwoActions,
+    denies,
+    exact_action,
+    from_json,
+    has_truth_value,
+    names_any,
+    read_line,
+    read_sentence,
+    text_in,
+    the_one,
 )
+from pz_envs.text.answer_place import (
+    cleaned,
+    fenced,
+    find_place,
+    first_line,
+    marked,
+    plain,
+    sentences,
+    unboxed,
+    without_thoughts,
+)
+from pz_envs.text.json_values import finite_value, lenient_value, objects_in
 from pz_envs.text.thoughts import SplitReply, split_thought, turns_of_others
 from teachers.atoms import ParseFailure
 from worlds.world import World
 
 __all__ = ["failure", "first_answer", "legal_text", "parse_action", "read_exactly", "read_text", "read_verbatim"]
 
-_MARKER = re.compile("response[:\uff1a]", re.IGNORECASE)
 _EXCERPT = 80
 _FEW = 5  # places where an answer may end
-_MANY = 20  # parts of a text that may each be an answer
-_SEVERAL = re.compile(r"\n|[,;]|\b(?:and|then|or)\b")
-_LIST = re.compile(r"[\[(][^\[\]()]{1,200}[\])]")
-_WORD = re.compile(r"[A-Za-z0-9_-]+(?:\.[0-9]+)*")
-_CALL = re.compile(r"[A-Za-z_][\w.]*\(.*\)", re.DOTALL)
-_RULE = re.compile(r"\n[ \t]*[-=*_]{3,}+$")  # a line between turns
-_THOUGHT = re.compile(r"[\s*_#>]{0,9}(?:thoughts?|thinking|reasoning)[*_ ]{0,3}[:\uff1a]", re.IGNORECASE)
-_NOT = re.compile(
-    r"(?=[nacoris])(?:(?<!have )(?<!has )(?<!that are )(?<!which are )\bnot|(?<!have)(?<!has)n['\u2019]t"
-    r"|\b(?:never|cannot|avoid|skip|except|other than|rather than|instead of|anything but))\b"
-    r"(?P<what>(?>(?:[^,;.!?\n()\[\]{}]|[,.](?=[0-9])|\[[^\[\]]*\]|\([^()]*\)|\{[^{}]*\})*))",  # 3.11.2 fails on *+
-    re.IGNORECASE,
-)
-_UNIT = r"cm|mm|km|centimet\w+|millimet\w+|inch(?:es)?|feet|degrees?|radians?|percent|%"
+_LOOKED_AT = 300  # characters of a refused text in which actions are looked for
 _BACK = re.compile(
-    rf"""
-    (?:^|[.!?;(\u2013\u2014-]) \s{{0,3}}+ (?=[a-z]) (?:hmm[,.]?\ )?(?: no(?=[,.!;)]|\ wait|$)
-      | (?:nope|wait|hold\ on|actually|correction|oops|scratch\ that|never\ ?mind|on\ second\ thought
-        |or(?!\ so\b)|i\ meant?|sorry|cancel|disregard|(?:just\ )?kidding|edit(?=:)|on\ reflection|alternatively)\b )
-    | , \s{{0,3}}+ (?:no(?=[,;)])|wait\b) | \(or\b | \bchanged\ my\ mind
+    r"""
+    (?:^|[.!?;(\n\u2013\u2014-]) \s{0,3} (?:hmm[,.]?\ )?
+    (?:no(?=[,.!;)]|\ wait|$)|nope|wait|hold\ on|actually|correction|oops|scratch\ that|never\ ?mind
+      |on\ (?:second\ thought|reflection)|or(?!\ so\b)|i\ meant?|sorry|cancel|disregard|(?:just\ )?kidding|edit(?=:)
+      |alternatively|changed\ my\ mind) \b
+    | ,\ ? (?:no(?=[,;)])|wait\b)
     | \b(?:that|this|it)(?:\ is|['\u2019]s|\ was|\ seems|\ looks)
-      \ (?:wrong|incorrect|a\ mistake|not\ (?:right|correct|it|true|my\ (?:final\ )?answer))\b
-    | \(\s*+(?:do\ not|don['\u2019]t)\ (?:do|take|use|try|choose)\b
-    | \(\s*+(?=[a-z%])(?:(?:all|values|both|units?|are|in|the)\ )*(?:wrong|incorrect|rejected|forbidden|reversed?
-      |reverse\ order|opposite|swapped|inverted|negated|not|{_UNIT})\s*\)
-    | (?<=[\])]\ )(?:is|was|would\ be)\ (?:not|wrong|bad|a\ mistake)\b
+      \ (?:wrong|incorrect|a\ mistake|not\ (?:right|correct|my)\b)
     """,
-    re.IGNORECASE | re.VERBOSE | re.MULTILINE,
+    re.IGNORECASE | re.VERBOSE,
 )
+_QUOTATION = re.compile(r"\"[^\"\n]*\"")
 
 EMPTY = "it holds no answer"
 UNENDED = "its reasoning never ends, so that no answer follows"
 NOTHING = "it names no action that there is"
-MORE = "it says more than an action, and nothing marks the action as the answer"
-NOT = "it says what not to do, which is no action"
+LONG = "it is long, and does not plainly choose an action"
+MORE = "it names an action, but does not plainly choose it"
 BACK = "it takes its answer back, or changes it"
-CODE = "it is written as code, which nothing executes"
-ORDER = "it names the numbers in another order"
-UNMARKED = "it begins with a thought, and nothing marks where the answer begins"
-WRAPPED = "it is JSON without the text of an answer"
+UNMARKED = "it is a thought, and no answer follows"
+WRAPPED = "it looks like JSON, but holds no complete action that there is"
 UNFIT = "it is too long, or has characters that are not allowed"
 
 
@@ -117,17 +109,13 @@ def parse_action(said: str | SplitReply, world: World[Any]) -> Any:
         world: the world in which the student acts.
     """
     thought, answer, text, unended = split_thought(said)
-    unended = unended and bool(thought) and not answer
-    if unended and _MARKER.search(text):
-        answer = behind_marker(text) or ""  # reasoning without an end may still give an answer
-    got = answer if thought and answer else text
-    answer = without_stops(first_answer(answer, world)[0])
-    if not answer.strip() and (thought or not (world.verbatim and isinstance(world.action_space, spaces.Text))):
-        return failure(got, world, UNENDED if unended else EMPTY)
+    answer = cleaned(first_answer(answer, world)[0])
+    if not answer.strip() and (thought or text.strip() or not _is_verbatim(world)):
+        return failure(text, world, UNENDED if unended and thought else EMPTY)
     try:
-        return _verbatim(answer, world) if _is_verbatim(world) else _read(visible(answer), got, world)
+        return _verbatim(answer, world) if _is_verbatim(world) else _read(plain(answer), world)
     except TwoActions as error:
-        return failure(got, world, f"{error}")
+        return failure(_found(answer, world), world, f"{error}")
 
 
 def first_answer(answer: str, world: World[Any] | None) -> tuple[str, str]:
@@ -137,20 +125,23 @@ def first_answer(answer: str, world: World[Any] | None) -> tuple[str, str]:
 
     Args:
         answer: a text without reasoning.
-        world: the world in which the student acts; None: only `Response:` marks an answer.
+        world: the world in which the student acts; None: only a label marks an answer.
     """
     for begin in islice(turns_of_others(answer), _FEW):
-        said = _RULE.sub("", answer[:begin].strip())
-        if behind_marker(said) or (world is not None and said and _answers(said, world)):
+        said = answer[:begin].strip().rstrip("-=*_ \n")
+        if (find_place(said).label and find_place(said).said) or (world is not None and said and _answers(said, world)):
             return said, answer[begin:]
     return answer, ""
 
 
 def _answers(said: str, world: World[Any]) -> bool:
-    """Whether a text without `Response:` is an answer."""
+    """Whether a text without a label is an answer."""
     if _is_verbatim(world):
-        return "\n" in said and not _THOUGHT.match(said)
-    return _is_action(said, world)
+        return "\n" in said and bool(without_thoughts(said))
+    try:
+        return type(_read(said, world)) is not ParseFailure
+    except TwoActions:
+        return True
 
 
 def _is_verbatim(world: World[Any]) -> bool:
@@ -158,22 +149,30 @@ def _is_verbatim(world: World[Any]) -> bool:
 
 
 def read_exactly(text: str, world: World[Any]) -> Any:
-    """The action of a text that holds nothing else, or a `ParseFailure`.
-
-    Any text that ends with `Response:` may precede it, but no other answer.
-    """
-    _, *others, answer = map(str.strip, ["", *_MARKER.split(text)])
-    if any(others[1:]) and not _is_verbatim(world):
-        return failure(text, world, MORE)
+    """The action of a text that holds nothing else, or a `ParseFailure`."""
     if isinstance(world.action_space, spaces.Text):
-        return legal_text(answer, world)
-    if len(answer) > LONGEST:
+        return legal_text(text.strip(), world)
+    if len(text) > LONGEST:
         return failure(text, world)
     try:
-        action = world.read(answer)
-        return world.legal(strict_value(answer, world) if action is None else action)
+        action = world.read(text.strip())
+        return world.legal(_strict_value(text.strip(), world) if action is None else action)
     except (ValueError, TypeError, OverflowError, RecursionError):
         return failure(text, world)
+
+
+def _strict_value(text: str, world: World[Any]) -> Any:
+    """The value of a text that is JSON or a list in round brackets; the only key of an object must be `action`."""
+    value = finite_value(f"[{text[1:-1]}]" if text[:1] + text[-1:] == "()" else text)
+    keys = world.action_space.spaces.keys() if isinstance(world.action_space, spaces.Dict) else ()
+    if isinstance(value, dict) and list(value) == ["action"] and "action" not in keys:
+        value = value["action"]
+    if isinstance(value, dict) and not keys:
+        raise ValueError("the only key of an object must be `action`")
+    if has_truth_value(value):
+        raise ValueError("a truth value is not an action")
+    action = world.read(value) if isinstance(value, str) else None
+    return value if action is None else action
 
 
 def legal_text(text: str, world: World[Any]) -> Any:
@@ -185,71 +184,118 @@ def legal_text(text: str, world: World[Any]) -> Any:
 
 
 def failure(text: str, world: World[Any], why: str = NOTHING) -> ParseFailure:
-    """The failure to read a text, with a printable excerpt."""
-    excerpt = text[:_EXCERPT] if len(text) <= _EXCERPT else text[: _EXCERPT - 3] + "..."
-    return ParseFailure("".join(c if c.isprintable() else " " for c in excerpt), world.action_syntax, why)
+    """The failure to read a text, with the beginning of its first line; control characters are escaped."""
+    line = first_line(text[:LONGEST])
+    shown = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in line[: _EXCERPT + 1])
+    return ParseFailure(shown if len(shown) <= _EXCERPT else f"{shown[: _EXCERPT - 3]}...", world.action_syntax, why)
 
 
-def _read(answer: str, got: str, world: World[Any]) -> Any:
+# Worlds that look for the action in a text.
+
+
+def _read(answer: str, world: World[Any]) -> Any:
     """The action of an answer in a world that does not take texts word for word."""
-    if answer.strip().lower() in world.action_words:  # a word may be `wait` or `do not move`
-        return read_exactly(answer, world)
-    kept = _without_denied(answer, world)
-    begin = next((label.begin for label in labelled(kept, world.answer_names)), 0)
-    backs = islice(_BACK.finditer(unquoted(kept), begin), _FEW)
-    if any(_is_action(kept[: back.start()], world) for back in backs):
-        return failure(got, world, BACK)
-    if misnamed(kept[begin:], world.action_parts):
-        return failure(got, world, ORDER)
-    action = _action(kept, world)
-    if action is not None:
+    if (action := _whole(answer, world)) is not None:
         return action
+    label, said = find_place(answer, world.answer_names)
+    action, rest = _behind_label(said, world) if label else _without_label(said, world)
+    if action is None:
+        return failure(_found(answer, world), world, _reason(label, said, world))
+    if _BACK.search(_QUOTATION.sub("", rest)):
+        return failure(_found(answer, world), world, BACK)
+    return action
+
+
+def _whole(text: str, world: World[Any]) -> Any:
+    """The action of a text that is one as a whole; None: it is none."""
     if not isinstance(world.action_space, spaces.Text):
-        return failure(got, world, NOT if kept != answer else _reason(answer, world))
-    action = read_exactly(answer, world)
-    if kept != answer or (type(action) is not ParseFailure and _NOT.search(unquoted(answer))):
-        return failure(got, world, NOT)
-    if type(action) is ParseFailure:
-        return action
-    code, several = _CALL.fullmatch(answer), "\n" in answer.strip()
-    return failure(got, world, CODE if code else MORE) if code or several else action
+        action = read_exactly(text, world)
+        if type(action) is not ParseFailure:
+            return action
+    return exact_action(text, world)
 
 
-def _action(text: str, world: World[Any]) -> Any:
-    """The action of a text in any form; None: it has none."""
-    action = None if isinstance(world.action_space, spaces.Text) else read_exactly(text, world)
-    return _tolerantly(text, world) if action is None or type(action) is ParseFailure else action
+def _behind_label(said: str, world: World[Any]) -> tuple[Any, str]:
+    """The action that a text behind a label begins with, and the rest of the text."""
+    paragraph, _, rest = said.partition("\n\n")
+    if (action := _whole(paragraph, world)) is not None:
+        return action, rest
+    if (action := _in_json(said, world)) is not None or said.startswith("{"):
+        return action, ""
+    said = unboxed(said)
+    found = sentences(said, lists=False)
+    for at, (sentence, until) in enumerate(found):
+        if (action := read_sentence(sentence, world)) is not None:
+            return action, said[until:]
+        if "\n" in said[until : until + 2] and not sentence.endswith(":") and at + 1 < len(found):
+            break
+    return None, ""
 
 
-def _is_action(text: str, world: World[Any]) -> bool:
-    """Whether a text has at least one action."""
-    try:
-        return _action(text, world) is not None
-    except TwoActions:
-        return True
+def _without_label(said: str, world: World[Any]) -> tuple[Any, str]:
+    """The action of a text without a label, and what follows it."""
+    text = without_thoughts(said)
+    inner = fenced(text)[0] if text.lstrip().startswith("```") else text.strip()
+    if (action := _in_json(text, world)) is not None or inner[:2] in ('{"', "{'", "{\n", "{ "):
+        return action, ""
+    flat = unboxed(text)
+    found = sentences(flat)
+    read = [read_sentence(said, world) for said, _ in found]
+    action = the_one(read)
+    if action is not None:
+        at = [number for number, each in enumerate(read) if each is not None]
+        if at[0] == 0 or at[-1] == len(found) - 1 or any(exact_action(found[n][0], world) is not None for n in at):
+            return action, flat[found[at[-1]][1] :]
+    return the_one(read_line(each, world) for each, before in marked(text) if not denies(before)), ""
 
 
-def _without_denied(answer: str, world: World[Any]) -> str:
-    """The text without the actions that it denies, as in `not north`."""
-    kept, at = "", 0
-    for found in islice(_NOT.finditer(unquoted(answer)), _MANY):
-        if _is_action(answer[slice(*found.span("what"))].strip(), world):
-            kept, at = kept + answer[at : found.start()], found.end()
-    return kept + answer[at:]
+def _in_json(text: str, world: World[Any]) -> Any:
+    """The action of the JSON objects in a text."""
+    begin, end = text.find("{"), text.rfind("}")
+    if text.lstrip().startswith("["):
+        return None
+    found = objects_in(text) or ([lenient_value(text[begin : end + 1])] if 0 <= begin < end else [])
+    return None if denies(text[: max(begin, 0)]) else the_one(from_json(each, world) for each in found)
+
+
+def _found(answer: str, world: World[Any]) -> str:
+    """What to quote of an answer: the last label with the line behind it, or the answer."""
+    label, said = find_place(answer, world.answer_names, _is_verbatim(world))
+    return f"{label} {first_line(said)}" if label else answer
+
+
+def _reason(label: str, said: str, world: World[Any]) -> str:
+    """Why a text is not an action."""
+    if not label and said.strip() and not without_thoughts(said):
+        return UNMARKED
+    if not said.strip():
+        return EMPTY
+    if said.lstrip().startswith("{"):
+        return WRAPPED
+    looked_at = first_line(said) if label else said
+    if len(looked_at) > _LOOKED_AT:
+        return LONG
+    return MORE if names_any(looked_at, world) else NOTHING
+
+
+# Worlds that take a text word for word.
 
 
 def _verbatim(answer: str, world: World[Any]) -> Any:
     """The action of an answer in a world that takes texts word for word."""
-    behind = behind_marker(answer)
-    if behind is None and _THOUGHT.match(answer):
+    label, said = find_place(answer, world.answer_names, verbatim=True)
+    if not label and answer.strip() and not without_thoughts(answer).startswith(answer.strip()[:1]):
         return failure(answer, world, UNMARKED)
-    text = unlabelled(answer.strip("\u200b\ufeff \t\r\n"), world.answer_names) if behind is None else behind
-    blocks = set(islice(fenced(text), _MANY)) or set(tagged(text, world.answer_names))
+    text = said.strip()
+    if label and not text:
+        return failure(label, world, EMPTY)
+    blocks = {block for block in fenced(text) if block}
+    text = re.sub(r"\n[ \t]*(?:`{3,}|~{3,})\s*\Z", "", text)
     if len(blocks) > 1:
         raise TwoActions("its fences hold different texts")
-    text = unlabelled(blocks.pop(), world.answer_names) if blocks else text
-    text = verse(text)
-    if text[:1] + text[-1:] in ("{}", "[]"):
+    if blocks:
+        text = find_place(blocks.pop(), world.answer_names, verbatim=True).said.strip()
+    if text[:1] + text[-1:] in ("{}", "[]") or text.startswith('{"'):
         try:
             inner = text_in(json.loads(text, strict=False), world.answer_names)
         except (ValueError, RecursionError):
@@ -258,39 +304,3 @@ def _verbatim(answer: str, world: World[Any]) -> Any:
             return failure(answer, world, WRAPPED)
         text = text if inner is None else inner
     return legal_text(text if (named := world.read(text)) is None else named, world)
-
-
-def _tolerantly(answer: str, world: World[Any]) -> Any:
-    """The only action that an answer names; None: it names none."""
-    action = read_piece(answer, world)
-    if action is not None:
-        return action
-    labels = list(islice(labelled(answer, world.answer_names), _MANY + 1))
-    if not labels or len(labels) > _MANY:
-        return None if labels else _region(answer, world)
-    *others, last = (_region(label.body, world) for label in labels)
-    before = (read_piece(part, world) for part in paragraphs(answer[: labels[0].begin])[:_MANY])
-    return None if last is None else the_one([last, *others, *before])
-
-
-def _region(text: str, world: World[Any]) -> Any:
-    """The only action that a text marks or has as its first paragraph; all else is remarks. None: there is none."""
-    marked = [read_piece(span, world) for span in islice(spans(text, world.answer_names), _MANY)]
-    parts = paragraphs(text)[:_MANY]
-    read = [read_piece(part, world) for part in parts]
-    if not any(action is not None for action in (*marked, *read[:1])):
-        if parts and len(pieces := _SEVERAL.split(parts[0])) <= _MANY:
-            several = [read_piece(piece, world) for piece in pieces if piece.strip()]
-            if None not in several:
-                the_one(several)
-        return None
-    return the_one([*marked, *read])
-
-
-def _reason(answer: str, world: World[Any]) -> str:
-    """Why an answer is not an action."""
-    pieces = islice((piece for form in (_LIST, _WORD) for piece in form.findall(answer[:LONGEST])), 200)
-    the_one(named := [read_piece(piece, world) for piece in pieces])
-    if all(action is None for action in named):
-        return NOTHING
-    return CODE if _CALL.search(answer[:LONGEST]) else NOT if _NOT.search(answer[:LONGEST]) else MORE

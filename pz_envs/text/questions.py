@@ -6,13 +6,15 @@ from typing import Any
 
 from gymnasium import spaces
 
+from pz_envs.text.answer_place import find_place
 from pz_envs.text.thoughts import SplitReply, split_thought
 from worlds.actions import canonical
 from worlds.spaces import Prose
 
 ASK = "ask"
 """The text of a question, and the key that marks one in an action."""
-_ASK = re.compile(rf"(.*response:)?\W*{ASK}\W*", re.IGNORECASE | re.DOTALL)
+_LONGEST = 1000  # characters of a question
+_ASK = re.compile(rf"\W*{ASK}\W*", re.IGNORECASE)
 
 
 def asking_space(space: spaces.Space[Any]) -> spaces.Space[Any]:
@@ -44,7 +46,7 @@ def read_question(action: Any, space: spaces.Space[Any]) -> tuple[bool, Any]:
         return bool(isinstance(action, str) is False and space.contains(action) and int(action) == last), action
     if isinstance(space, Prose | spaces.Text):
         said = split_thought(action).answer if isinstance(action, str | SplitReply) else ""
-        return 0 < len(said) < 1000 and _ASK.fullmatch(said) is not None, action
+        return len(said) < _LONGEST and _ASK.fullmatch(find_place(said).said) is not None, action
     with suppress(ValueError, TypeError, OverflowError):  # an action of a student that never asks
         canonical(space["action"], action)  # type: ignore[index]  # the space is a Dict
         return False, action

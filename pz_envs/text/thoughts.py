@@ -4,10 +4,7 @@ import re
 from collections.abc import Iterator
 from typing import NamedTuple
 
-__all__ = ["STOPS", "SplitReply", "split_thought", "turns_of_others"]
-
-STOPS = ("\n\nThe teacher says:", "\n\nYou observe:", "\nWhat do you do in turn", "\nUser:")
-"""Texts that end a reply, since the model begins to speak for others; OpenAI's endpoint takes at most four."""
+__all__ = ["SplitReply", "split_thought", "turns_of_others"]
 
 _NAMES = r"(?:seed:)?(?:think(?:ing)?|thoughts?|reasoning|reason|reflection|scratchpad|analysis|internal_monologue)"
 _MARK = re.compile(  # all begin with a bracket, which makes the search fast

@@ -1,7 +1,7 @@
 """Claims that belong to no family; their phrases are in `phrases/common.toml`."""
 
 from teachers.atoms import Claim
-from teachers.common.advice import Chance, Example, Trap
+from teachers.common.advice import Chance, Example, Trap, rounded
 from teachers.common.comparisons import HORIZON, Better, BetterTurn, NoDifference, WorseTurn
 from teachers.common.hedges import Late, Probably, bend, hedge
 from teachers.common.notices import Maximize, MayAsk, NotUnderstood, Syntax
@@ -39,6 +39,7 @@ __all__ = [
     "as_said",
     "bend",
     "hedge",
+    "rounded",
     "sign_of",
 ]
 

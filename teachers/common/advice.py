@@ -6,14 +6,24 @@ from typing import Any
 import numpy as np
 
 from teachers.atoms import FN, FP, ActionClaim, Claim, Grounded, Moment, PlanClaim, action_of, claim
+from teachers.common.rewards import as_said
 from worlds.world import World
 
 _TRIES = 5  # random actions, in search of another first one
 
 
 def as_written(action: Any) -> str:
-    """An action as a student writes it."""
-    return f'"{action}"' if isinstance(action, str) else f"{action}"
+    """An action as a student writes it: several numbers as a list, a text that is no list in quotation marks."""
+    if isinstance(action, tuple):
+        return f"[{', '.join(map(as_written, action))}]"
+    return f'"{action}"' if isinstance(action, str) and action[:1] not in ("[", "{") else f"{action}"
+
+
+def rounded(action: Any) -> Any:
+    """An action whose numbers have the digits that phrases state, four significant ones."""
+    if isinstance(action, tuple):
+        return tuple(map(rounded, action))
+    return float(as_said(action)) if isinstance(action, float) else action
 
 
 @claim

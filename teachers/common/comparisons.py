@@ -95,6 +95,13 @@ class Better(Grounded[Any]):
         """The worse action as a student writes it."""
         return as_written(self.that)
 
+    def gain(self) -> float:
+        """How many actions sooner the better action solves the task; infinite if actions have values."""
+        if not isinstance(self._ground, tuple):
+            return math.inf
+        this, that = (len(way) or math.inf for way in self._ground)
+        return that - this
+
     def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
         """Try the action and ask the verdict for the values of both, or roll both ways out."""
         if moment.over:

@@ -7,6 +7,7 @@ from itertools import combinations, islice
 from typing import Annotated, Any
 
 import numpy as np
+from typing_extensions import override
 
 from teachers.atoms import (
     FN,
@@ -16,6 +17,7 @@ from teachers.atoms import (
     ActionClaim,
     Claim,
     FeedbackType,
+    HintClaim,
     Moment,
     Scope,
     Verdict,
@@ -174,7 +176,7 @@ class Pull(ActionClaim[Truth, Bandit]):
 
 
 @claim
-class Among(Claim[Truth, Bandit]):
+class Among(HintClaim[Truth, Bandit]):
     """True if one of the arms from `low` to `high` is a best one."""
 
     kind = FP
@@ -185,6 +187,16 @@ class Among(Claim[Truth, Bandit]):
     def holds(self, moment: Moment[Truth], lab: Bandit) -> bool:
         """Pull them all and ask whether that was a success."""
         return any(_succeeds(moment.after, arm, lab) for arm in range(self.low, self.high + 1))
+
+    @override
+    def leaves(self, action: int) -> bool:
+        return self.low <= action <= self.high
+
+    @override
+    def excludes(self, other: Claim) -> bool:
+        """A warning of one of the arms; of a pair, also blame of one, since the other is the answer then."""
+        blamed = other.kind is HN and isinstance(other, ActionClaim) and self.leaves(other.action)
+        return HintClaim.excludes(self, other) or (blamed and self.high - self.low == 1)
 
     def counterparts(self, moment: Moment[Truth], lab: Bandit) -> Sequence[Claim]:
         """As many other arms."""

@@ -13,7 +13,8 @@ def comparing(claims: Claims, view: View) -> Claims:
 
     It compares the last turn with the latest earlier turn that lost more or less. It compares a best action with the
     student's last one if that loses value now; else, and at the opening, with the best action that loses value. If
-    actions have no values, it does not compare turns, and it compares actions only with the student's last one.
+    actions have no values, it does not compare turns, and it compares actions only with the student's last one. What
+    it compares are actions with numbers as it says them, to four significant digits.
     """
     said: list[Claim[Any]] = []
     if first_of(HINDSIGHT, claims) is not None:
@@ -27,6 +28,6 @@ def comparing(claims: Claims, view: View) -> Claims:
             last = last if last in worse else max(worse, key=lambda action: values[action])
         elif view.moment.before is None:
             return said
-        claim = view.better(plan[0], last)
-        said += [claim] if claim is not None and view.holds(claim) else []
+        claim = view.better(*map(view.as_said, (plan[0], last)))
+        said += [claim] if claim is not None and view.clearly(claim) and view.holds(claim) else []
     return said

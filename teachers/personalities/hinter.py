@@ -18,7 +18,9 @@ class _Ladder(Stage["Hinter"]):
         right = view.right()
         if right is not None:
             self._level = self.spec.level if right else self._level + 1
-        return [view.coarsen(claim, self._level) if claim.kind is FP else claim for claim in claims]
+        said = [view.coarsen(claim, self._level) if claim.kind is FP else claim for claim in claims]
+        hints = [hint for hint, claim in zip(said, claims, strict=True) if hint is not claim]
+        return [claim for claim in said if not any(view.gives_away(claim, hint) for hint in hints)]
 
 
 @dataclass(frozen=True)
@@ -26,7 +28,8 @@ class Hinter(Personality):
     """Replaces advice (fp) by a coarser claim that follows from it; the rung of a ladder says which, the vaguest first.
 
     It climbs a rung after each bad action, and returns to rung `level` after a good one. On rung 0, advice without
-    coarser claims becomes "there is something good to be done".
+    coarser claims becomes "there is something good to be done". It withholds what would make the hint an answer, such
+    as a warning of one of two hinted ways.
     """
 
     level: Annotated[int, Range(0, 100)] = 0

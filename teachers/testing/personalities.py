@@ -61,7 +61,8 @@ def check_spec(personality: Personality, pupil: Pupil) -> None:
 def check_promise(personality: Personality, pupil: Pupil) -> None:
     """If it is honest, all its flat claims are true; if not, it adds claims to the oracle's, all of them false.
 
-    If it does not reveal what to do, it gives no advice with an action.
+    If it does not reveal what to do, it gives no advice with an action. For claims of other moments see
+    `check_elsewhere`.
     """
     lab = pupil.make_world().scratch()
     invented = 0
@@ -75,12 +76,33 @@ def check_promise(personality: Personality, pupil: Pupil) -> None:
                     continue  # neither true nor false
                 if personality.honest:
                     require(atom.claim.holds(moment, lab), f"{personality}: {atom.claim} does not hold of {moment}")
-                elif atom.claim not in true:
+                elif atom.claim not in true and not personality.elsewhere:
                     require(not atom.claim.holds(moment, lab), f"{personality}: {atom.claim} holds of {moment}")
                     invented += 1
-    require(
-        personality.honest or invented, f"{personality} is not honest, but says nothing false in {pupil.turns} turns"
-    )
+    told = personality.honest or personality.elsewhere or invented
+    require(told, f"{personality} is not honest, but says nothing false in {pupil.turns} turns")
+
+
+def check_elsewhere(personality: Personality, pupil: Pupil) -> None:
+    """If its claims are those of other moments, each is true of the moment that it is from, and some are not here."""
+    if not personality.elsewhere:
+        return
+    world = pupil.make_world()
+    lab = world.scratch()
+    session = pupil.session(world, pupil.make_teacher(world, personality))
+    false = 0
+    for seed, episode in enumerate(pupil.episodes(pupil.turns)):
+        session.open(seed)
+        for moment, atoms in zip(episode, _watch(session, episode), strict=True):
+            for atom in (each for each in atoms if each.kind is not None):
+                there = session.origin(atom)
+                require(there is not None, f"{personality} says {atom.claim} of no other moment, at {moment}")
+                assert there is not None  # noqa: S101  # or that was an error
+                require(
+                    atom.claim.holds(there, lab), f"{personality}: {atom.claim} does not hold elsewhere, of {there}"
+                )
+                false += not atom.claim.holds(episode[atom.about_turn], lab)
+    require(false, f"{personality} says of other moments only what is true here, in {pupil.turns} turns")
 
 
 def check_meaning(personality: Personality, pupil: Pupil) -> None:
@@ -208,6 +230,7 @@ def check_evidence(personality: Personality, pupil: Pupil) -> None:
 PERSONALITY_CHECKS: tuple[Callable[[Personality, Pupil], None], ...] = (
     check_spec,
     check_promise,
+    check_elsewhere,
     check_meaning,
     check_draws,
     check_speaking_changes_nothing,

@@ -133,6 +133,15 @@ def hasty(claims, view):
 
 
 @dataclass(frozen=True)
+class Homebound(Personality):
+    """Says that its claims are those of other moments, and says what is true here."""
+
+    honest = False
+    elsewhere = True
+    stage = Frank
+
+
+@dataclass(frozen=True)
 class Peeking(Personality):
     """Says that it goes by what the student sees, and says all that is true."""
 
@@ -144,6 +153,7 @@ class Peeking(Personality):
 LIARS = {
     kit.check_spec: Unwritten(),
     kit.check_promise: harmless(),
+    kit.check_elsewhere: Homebound(),
     kit.check_meaning: content(),
     kit.check_draws: Restless(),
     kit.check_speaking_changes_nothing: meddler(),
@@ -154,7 +164,7 @@ LIARS = {
 }
 
 
-@pytest.mark.parametrize("spec", ["oracle", "mistake(eps=0.3)", "delayed(turns=2) | vague"])
+@pytest.mark.parametrize("spec", ["oracle", "mistake(eps=0.3)", "delayed(turns=2) | vague", "misaligned"])
 def test_good_personalities_pass(spec):
     kit.check_personality(spec, pupil())
 
@@ -200,6 +210,25 @@ def whispering(claims, view):
     return claims
 
 
+class Fibbing(Stage):
+    """Takes claims elsewhere, and changes them into false ones."""
+
+    def speak(self, claims, view):
+        elsewhere = view.elsewhere(self.rng)
+        elsewhere.go_on()
+        there = elsewhere.moments[0].moment
+        return [view.displace(claim, claim, there) for claim in claims]
+
+
+@dataclass(frozen=True)
+class Mixing(Personality):
+    """Says what is true here, and calls it the words of another moment."""
+
+    honest = False
+    elsewhere = True
+    stage = Fibbing
+
+
 @dataclass(frozen=True)
 class Needy(Personality):
     """Needs what no oracle has."""
@@ -214,6 +243,8 @@ class Needy(Personality):
         (kit.check_promise, mistaken(), "mistaken: .* does not hold of"),
         (kit.check_promise, inventive(), "inventive: .* holds of"),
         (kit.check_promise, whispering(), "whispering does not reveal, but says"),
+        (kit.check_elsewhere, Homebound(), "Homebound says .* of no other moment"),
+        (kit.check_elsewhere, Mixing(), "Mixing: .* does not hold elsewhere"),
         (kit.check_meaning, torn(), "torn contradicts itself of"),
         (kit.check_spec, Needy(), "Needy needs .*telepathy.*, not of"),
     ],

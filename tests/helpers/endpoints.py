@@ -27,9 +27,14 @@ def files_with(text, folder):
     return [path.name for path in folder.rglob("*") if path.is_file() and text.encode() in path.read_bytes()]
 
 
+def heard(request):
+    """The teacher's last words in a request."""
+    return "".join(re.findall(r"^Teacher: (.*)", request["messages"][-1]["content"], re.MULTILINE)[-1:])
+
+
 def obey(request):
     """Stands for a model: the way that the teacher's last words name last, or north."""
-    told = request["messages"][-1]["content"].partition("You observe")[0].lower()
+    told = heard(request).lower()
     ways = [word for word in re.findall(r"[a-z]+", told) if word in MOVES]
     return f"Thought: it said so.\nResponse: {ways[-1] if ways else 'north'}"
 

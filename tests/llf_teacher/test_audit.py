@@ -1,5 +1,8 @@
 """Audits find what is wrong, and nothing where nothing is."""
 
+import re
+from dataclasses import dataclass
+
 import pytest
 from design import COSTLY, amount, sampled
 from hedging import hedging
@@ -8,15 +11,17 @@ from shelf import FAMILIES, pairs
 import llf_teacher
 from llf_teacher.cli.audit import _print as print_audits
 from llf_teacher.cli.audit import summary
+from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.registry import PREFIX
 from llf_teacher.students.parsing import parse_student
+from llf_teacher.studies.execution.episode import play
 from llf_teacher.testing import check_teacher
 from llf_teacher.tools.audit import STUDENTS, audit
 from pz_envs.family import all_families
 from teachers.atoms import FP, HN, HP, KINDS, Label, ParseFailure, R
 from teachers.common import Right, Truism, Wrong
 from teachers.personalities.silent import silent
-from teachers.personality import parse_personality, personality
+from teachers.personality import Personality, Stage, parse_personality, personality
 
 GRID = "llf-gridworld-v0"
 SHOWCASE = [PREFIX + family.showcase[0] for family in all_families()]
@@ -72,6 +77,69 @@ def test_labels():
     assert {label for (kind, label) in audit(GRID, "placebo", turns=60).claims if kind} == {Label.PLACEBO}
     assert {label for (kind, label) in audit(GRID, "delayed(turns=1)", turns=60).claims if kind} == {Label.LATE}
     assert {label for (kind, label) in audit(GRID, "oracle", turns=60).claims if kind} == {Label.TRUTHFUL}
+
+
+@pytest.mark.parametrize("id", SHOWCASE)
+def test_words_from_elsewhere_are_true_there_and_mostly_not_here(id):
+    found = audit(id, "misaligned", turns=few(id))
+    assert not found.caught
+    for kind, (claims, there, here) in found.displaced().items():
+        assert kind in KINDS
+        assert claims == there >= here
+    said = sum(number for (kind, _), number in found.claims.items() if kind is not None)
+    assert sum(found.elsewhere.values()) == said
+    here = sum(number for (_, _, true), number in found.elsewhere.items() if true)
+    assert here == said - found.count(Label.DISTORTED)
+    advice, _, right = found.displaced()[FP]
+    assert right < advice
+    counted = found.as_dict()["elsewhere"]
+    assert counted["fp"] == {"claims": advice, "true_there": advice, "true_here": right}
+    assert audit(id, "oracle", turns=few(id)).as_dict()["elsewhere"] == {}
+
+
+class Fibbing(Stage):
+    """Says of a moment elsewhere what is true here."""
+
+    def speak(self, claims, view):
+        elsewhere = view.elsewhere(self.rng)
+        elsewhere.go_on()
+        return [view.displace(claim, claim, elsewhere.moments[0].moment) for claim in claims]
+
+
+@dataclass(frozen=True)
+class Mixing(Personality):
+    """Calls what is true here the words of another moment."""
+
+    honest = False
+    elsewhere = True
+    stage = Fibbing
+
+
+def test_words_that_are_false_elsewhere_are_caught():
+    found = audit(GRID, Mixing(), turns=60)
+    assert found.caught
+    assert {each.what for each in found.examples} == {"false"}
+    assert sum(there for _, there, _ in found.displaced().values()) < sum(found.elsewhere.values())
+
+
+def test_a_record_says_whether_a_claim_is_true_elsewhere_and_here():
+    spec = EpisodeSpec(GRID, "misaligned", "random", "b", "a", 8, 3, llf_teacher.__version__)
+    atoms = [atom for turn in play(spec).turns for atom in turn.atoms]
+    taken = [atom for atom in atoms if atom["kind"] is not None]
+    assert all(atom["elsewhere"] is True for atom in taken)
+    assert {(atom["holds"], atom["label"]) for atom in taken} == {(True, "truthful"), (False, "distorted")}
+    assert not any("elsewhere" in atom for atom in atoms if atom["kind"] is None)
+    honest = play(spec._replace(teacher="oracle"))
+    assert not any("elsewhere" in atom for turn in honest.turns for atom in turn.atoms)
+
+
+def test_words_from_elsewhere_are_printed(capsys):
+    found = audit(GRID, "misaligned", turns=60)
+    print_audits([found])
+    shown = capsys.readouterr().out
+    claims, there, here = found.displaced()[FP]
+    assert "from elsewhere by misaligned in llf-gridworld-v0" in shown
+    assert re.search(rf"fp +{claims} +{there} +{here} \({here / claims:.0%}\)", shown)
 
 
 def test_what_is_withheld():

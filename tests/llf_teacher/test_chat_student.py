@@ -102,8 +102,8 @@ def test_a_function_of_a_notebook():
     assert "chat:" in f"{student}"
     assert record(student).turns[1].action == "0"
     assert prompts[2].count("Your answer: Response: north") == 2
-    assert "The task:" in prompts[2]
-    assert prompts[2].endswith("What do you do in turn 3? It is the last one.")
+    assert "treasure" in prompts[2]
+    assert prompts[2].endswith("Your action?")
     env = llf_teacher.TeacherEnv("llf-gridworld-v0", student=student, max_turns=2)
     env.reset(seed=1)
     env.step(31)

@@ -40,6 +40,7 @@ class Liar:
 
 
 def spec(url, **settings):
+    settings = {"answer": "json"} | settings
     return str(LLMTeacher("m", url, says="claims", input_price=1.0, output_price=1.0, **settings))
 
 
@@ -70,7 +71,7 @@ def test_a_study_finds_the_lies_of_a_model_and_no_others(tmp_path):
 def test_an_audit_finds_them_too():
     liar = Liar()
     with ScriptedEndpoint(liar) as server:
-        teacher = LLMTeacher("m", server.url, says="claims").arguments()["teacher"]
+        teacher = LLMTeacher("m", server.url, says="claims", answer="json").arguments()["teacher"]
         found = audit(GRID, teacher, turns=100, students=["random"], instruction_types=["b"], max_turns=10)
     assert found.count(Label.DISTORTED) == liar.lies > 3
     assert found.caught
@@ -143,11 +144,11 @@ def test_huge_answers_take_bounded_time_and_memory(tmp_path):
     assert seconds < 20
 
 
-def test_a_student_sends_back_a_part_of_a_huge_answer():
+def test_a_student_sends_back_nothing_of_a_huge_answer_that_is_no_action():
     with ScriptedEndpoint(lambda request: "Response: " * (LONG // 10)) as server:
-        student = f"llm(model='m', base_url='{server.url}')"
+        student = f"llm(model='m', base_url='{server.url}', answer='text')"
         record = play(next(Study(ids=[GRID], teachers=["oracle"], students=[student], seeds=1, max_turns=3).episodes()))
-    assert [len(json.dumps(request)) // 20_000 for request in server.requests] == [0, 1, 2]
+    assert [len(json.dumps(request)) // 20_000 for request in server.requests] == [0, 0, 0]
     assert (record.episode.parse_failures, record.episode.truncated) == (3, 3)
     assert len(record.turns[1].answer) <= 1_000_000
 
@@ -157,7 +158,7 @@ def test_a_student_sends_back_a_part_of_a_huge_answer():
     [
         ({"says": "nothing"}, "unknown value of says 'nothing'; allowed: words, claims"),
         ({"filter": True}, "filter must be False, or True with says='claims', got True"),
-        ({"answer": "xml"}, "unknown value of answer 'xml'; allowed: json, text"),
+        ({"answer": "xml"}, "answer must be one of auto, json, tool, text, got 'xml'"),
         ({"says": "claims", "filter": 1}, "filter must be False, or True with says='claims', got 1"),
     ],
 )

@@ -227,7 +227,7 @@ def test_an_unseeded_reset_goes_on_reproducibly(id):
 @sampled(lambda id, copier, teacher: {(id, copier), (id, teacher)})
 @pytest.mark.parametrize("id", SHOWCASE)
 @pytest.mark.parametrize("copier", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
-@pytest.mark.parametrize("teacher", ["oracle", "mix", "mistake | delayed(turns=1)", "placebo"])
+@pytest.mark.parametrize("teacher", ["oracle", "mix", "mistake | delayed(turns=1)", "placebo", "misaligned"])
 def test_copies_go_on_alike(id, copier, teacher):
     env = llf_teacher.make(id, teacher=teacher, max_turns=12)
     env.reset(seed=0)

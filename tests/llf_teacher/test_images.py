@@ -101,7 +101,7 @@ def test_an_image_is_sent_small_and_whole():
 def test_a_model_is_sent_the_latest(tmp_path, images, sent):
     """In the last question, and in none before those that are wanted; what is kept has no image."""
     with ScriptedEndpoint(lambda request: "Response: west") as server:
-        student = f"llm(model='m', base_url='{server.url}', images={images})"
+        student = f"llm(model='m', base_url='{server.url}', answer='text', images={images})"
         study = Study(ids=[GRIDWORLD], teachers=["silent"], students=[student], seeds=1, max_turns=3, options=VISUAL)
         results = run(study, tmp_path / "s.db", options=RunOptions("here"))
     assert [len(shown(request)) for request in server.requests] == sent
@@ -110,7 +110,7 @@ def test_a_model_is_sent_the_latest(tmp_path, images, sent):
     for turn, request in enumerate(server.requests):
         found = [image for each in shown(request) for image in each]
         assert all(np.array_equal(a, b) for a, b in zip(reversed(found), reversed(seen[: turn + 1]), strict=False))
-        assert "What do you do in turn" in json.dumps(request["messages"][-1]["content"])
+        assert "Your action?" in json.dumps(request["messages"][-1]["content"])
     assert not [row for turn in results.all_turns() for row in turn if "image" in row]
     for path in tmp_path.glob("*.db"):
         assert b"base64" not in path.read_bytes()

@@ -29,9 +29,15 @@ pytestmark = pytest.mark.usefixtures("no_settings")
 NOTHING = {"model": "m", "requests": 0, "input_tokens": 0, "output_tokens": 0, "usd": 0.0, "unpriced": 0}
 
 
+def llm(url, options=""):
+    """The spec of a model that answers in words, unless the options say otherwise."""
+    form = "" if "answer=" in options else ", answer='text'"
+    return f"llm(model='m', base_url='{url}'{form}{options})"
+
+
 def study(url, options="", **changes):
     settings = {"ids": ["llf-gridworld-v0"], "teachers": ["oracle"], "seeds": 1, "max_turns": 4}
-    return Study(students=[f"llm(model='m', base_url='{url}'{options})"], **(settings | changes))
+    return Study(students=[llm(url, options)], **(settings | changes))
 
 
 def test_an_answer_is_paid_once(tmp_path):
@@ -298,7 +304,7 @@ def test_nonsense_is_a_turn():
 
 @pytest.mark.parametrize("history", [0, 1, 3])
 def test_the_conversation_is_bounded(history):
-    with ScriptedEndpoint(lambda request: "Response: no") as server:
+    with ScriptedEndpoint(lambda request: "Response: 0") as server:
         play(next(study(server.url, f", history={history}", max_turns=6).episodes()))
     assert [len(request["messages"]) for request in server.requests] == [2 + 2 * min(n, history) for n in range(6)]
     assert len({request["messages"][0]["content"] for request in server.requests}) == 1
@@ -398,6 +404,6 @@ def test_the_extra_is_missing(tmp_path, monkeypatch):
 def test_prompts_are_in_the_manifest():
     (facts,) = manifest(study("http://h/v1"))["students"].values()
     assert set(facts["prompts"]) == {"system.j2", "turn.j2"}
-    assert "`Response:` and your action" in facts["prompts"]["system.j2"]["text"]
+    assert "Response: your action" in facts["prompts"]["system.j2"]["text"]
     assert len(facts["prompts"]["turn.j2"]["sha256"]) == 64
     assert LLM(model="m").facts() == facts

@@ -11,7 +11,7 @@ from llf_teacher.studies.execution.executors import Work, start
 from llf_teacher.studies.execution.runner import EpisodeError, RunOptions, play_missing
 from llf_teacher.studies.store import Store
 
-ROOM = 390  # words
+ROOM = 206  # words
 
 
 class Slow:
@@ -33,7 +33,7 @@ class Slow:
 
 def study(url, seeds, **changes):
     settings = {"ids": ["llf-gridworld-v0"], "teachers": ["oracle"], "feedback_types": ["fp"], "max_turns": 2}
-    return Study(students=[f"llm(model='m', base_url='{url}')"], seeds=seeds, **(settings | changes))
+    return Study(students=[f"llm(model='m', base_url='{url}', answer='text')"], seeds=seeds, **(settings | changes))
 
 
 def played(tmp_path, url, seeds, name, workers, executor="threads"):
@@ -92,7 +92,7 @@ def test_one_conversation_that_is_too_long_fails_alone(tmp_path):
 
 def test_a_limit_that_is_reached_stops_all(tmp_path):
     with ScriptedEndpoint(Slow(0.01)) as server:
-        dear = f"llm(model='m', base_url='{server.url}', input_price=1000, output_price=1000)"
+        dear = f"llm(model='m', base_url='{server.url}', answer='text', input_price=1000, output_price=1000)"
         one = Study(ids=["llf-gridworld-v0"], teachers=["oracle"], students=[dear], seeds=30, max_turns=3)
         with Store(tmp_path / "s.db") as store:
             with pytest.raises(EpisodeError, match="the spending limit of 5 USD is reached"):

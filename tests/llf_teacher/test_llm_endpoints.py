@@ -21,7 +21,7 @@ def _no_settings(monkeypatch, tmp_path):
 
 
 def record():
-    student = "llm(model='m', endpoint='local')"
+    student = "llm(model='m', answer='text', endpoint='local')"
     study = Study(ids=["llf-gridworld-v0"], teachers=["oracle"], students=[student], seeds=1, max_turns=2)
     assert study.students == (student,)
     return play(next(study.episodes()))
@@ -59,7 +59,7 @@ def test_another_model_that_only_its_answers_show_is_an_error(monkeypatch):
         monkeypatch.setenv("LLF_LLM_ENDPOINT_LOCAL", one.url)
         record()
         monkeypatch.setenv("LLF_LLM_ENDPOINT_LOCAL", other.url)
-        student = "llm(model='m', endpoint='local')"
+        student = "llm(model='m', answer='text', endpoint='local')"
         study = Study(ids=["llf-gridworld-v0"], teachers=["oracle"], students=[student], seeds=[5], max_turns=2)
         with pytest.raises(LLMError, match=r"answers as 'm-2026' now, and did so as 'm-2025' .* another name"):
             play(next(study.episodes()))

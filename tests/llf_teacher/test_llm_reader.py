@@ -43,7 +43,7 @@ def test_only_what_was_not_read_is_asked_and_the_truth_is_not_sent():
     env = llf_teacher.make(ID)
     session = env.session
     with ScriptedEndpoint(star) as server:
-        made = ClaimReader(env.family, session.world, session.teacher.oracle, LLMReader("m", server.url))
+        made = ClaimReader(env.family, session.world, session.teacher.oracle, LLMReader("m", server.url, answer="json"))
         env.reset(seed=0)
         found = []
         for said in ("", f"Now head south. {RIGHT}", ODD, ODD):
@@ -70,7 +70,7 @@ def test_a_phrase_that_makes_no_single_claim_is_asked_too(reader):
 def test_a_hostile_answer_reads_nothing(answer, reader):
     began = time.process_time()
     with ScriptedEndpoint(lambda request: answer) as server:
-        reader._model = LLMReader("m", server.url)
+        reader._model = LLMReader("m", server.url, answer="json")
         (found,) = reader.read(ODD)
     assert (found.layer, found.claim, found.outcome) == ("", None, "not read")
     assert len(found.candidates[0]) <= 200
@@ -80,7 +80,7 @@ def test_a_hostile_answer_reads_nothing(answer, reader):
 def test_the_key_stays_out_of_what_is_found(reader, monkeypatch, tmp_path):
     monkeypatch.setenv("LLF_LLM_API_KEY", KEY)
     with ScriptedEndpoint(lambda request: claims({"type": "Found", "room": KEY})) as server:
-        reader._model = LLMReader("m", server.url)
+        reader._model = LLMReader("m", server.url, answer="json")
         (found,) = reader.read(ODD)
     assert KEY not in f"{found}"
     assert not files_with(KEY, tmp_path)
@@ -112,7 +112,7 @@ def test_an_endpoint_without_json_schemas(reader):
         return refusal("response_format") if "response_format" in request else claims({"type": "Solved"})
 
     with ScriptedEndpoint(picky) as server:
-        reader._model = LLMReader("m", server.url)
+        reader._model = LLMReader("m", server.url, answer="json")
         with pytest.raises(LLMError, match="give another answer, such as answer='text'"):
             list(reader.read(ODD))
         reader._model = LLMReader("m", server.url, answer="text")

@@ -20,9 +20,15 @@ PRICES = ", input_price=1.0, output_price=10.0"
 COSTS = ("answers", "truncated", "input_tokens", "output_tokens", "usd", "seconds")
 
 
+def llm(url, options=""):
+    """The spec of a model that answers in words, unless the options say otherwise."""
+    form = "" if "answer=" in options else ", answer='text'"
+    return f"llm(model='m', base_url='{url}'{form}{options})"
+
+
 def spec(url="http://localhost:1/v1", options="", **changes):
     settings = {"ids": ["llf-gridworld-v0"], "teachers": ["oracle"], "seeds": 1, "max_turns": 3}
-    student = changes.pop("student", f"llm(model='m', base_url='{url}'{options})")
+    student = changes.pop("student", llm(url, options))
     return next(Study(students=[student], **(settings | changes)).episodes())
 
 

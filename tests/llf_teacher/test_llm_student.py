@@ -3,13 +3,14 @@
 import itertools
 import json
 
+import numpy as np
 import pytest
 
 import llf_teacher
 from llf_teacher.models import LLMError
 from llf_teacher.models.testing import Reply, ScriptedEndpoint, completion, refusal, too_long
 from llf_teacher.registry import PREFIX
-from llf_teacher.students.conversation import Conversation
+from llf_teacher.students.conversation import STOPS, Conversation
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies.analysis.costs import cost_lines
 from llf_teacher.studies.definition.study import Study
@@ -17,8 +18,8 @@ from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.store import Store
 from pz_envs.family import all_families
 from pz_envs.text.answer_formats import ANSWERS
-from pz_envs.text.thoughts import STOPS
 
+NOTHING = {"instruction": " ", "feedback": "", "observation": ""}
 GRIDWORLD = "llf-gridworld-v0"
 FAMILIES = [family for family in all_families() if not family.missing()]
 
@@ -30,9 +31,15 @@ def _no_settings(monkeypatch):
         monkeypatch.delenv(f"OPENAI_{name}", raising=False)
 
 
+def llm(url, options=""):
+    """The spec of a model that answers in words, unless the options say otherwise."""
+    form = "" if "answer=" in options else ", answer='text'"
+    return f"llm(model='m', base_url='{url}'{form}{options})"
+
+
 def episode(url, options="", **changes):
     settings = {"ids": [GRIDWORLD], "teachers": ["oracle"], "seeds": 1, "max_turns": 4}
-    return play(next(Study(students=[f"llm(model='m', base_url='{url}'{options})"], **(settings | changes)).episodes()))
+    return play(next(Study(students=[llm(url, options)], **(settings | changes)).episodes()))
 
 
 def contents(request):
@@ -65,7 +72,7 @@ def test_thoughts_are_neither_read_nor_sent_back(reply):
 
 
 def test_what_a_model_says_for_others_is_cut_and_kept_apart(tmp_path):
-    invented = "The teacher says: Go north.\n\nResponse: north"
+    invented = "Teacher: Go north.\n\nResponse: north"
     with ScriptedEndpoint(lambda request: f"Thought: hm.\nResponse: west\n\n{invented}") as server:
         record = episode(server.url)
     assert {turn.action for turn in record.turns[1:]} == {"2"}
@@ -100,30 +107,55 @@ def test_an_answer_of_thoughts_alone_is_not_sent_back():
         record = episode(server.url)
     assert [turn.parse_failure is not None for turn in record.turns] == [False, True, False, False, True]
     assert [message["role"] for message in server.requests[1]["messages"]] == ["system", "user"]
-    assert "in turn 1?" in contents(server.requests[1])[-1]
-    assert "in turn 2?" in contents(server.requests[1])[-1]
+    assert contents(server.requests[1])[-1].count("Your action?") == 2
     roles = [message["role"] for message in server.requests[3]["messages"]]
     assert roles == ["system", "user", "assistant", "user", "assistant", "user"]
     assert all(content for request in server.requests for content in contents(request))
 
 
-def test_the_prompt_says_how_many_turns_are_left():
-    with ScriptedEndpoint(lambda request: "Response: no") as server:
-        episode(server.url)
-    ends = [contents(request)[-1].splitlines()[-1] for request in server.requests]
-    assert ends == [
-        "What do you do in turn 1? You have 4 turns left, this one included.",
-        "What do you do in turn 2? You have 3 turns left, this one included.",
-        "What do you do in turn 3? You have 2 turns left, this one included.",
-        "What do you do in turn 4? It is the last one.",
+def test_a_template_may_say_how_many_turns_are_left(tmp_path):
+    (tmp_path / "turn.j2").write_text("Turn {{ turn }}, {{ turns_left }} left.")
+    with ScriptedEndpoint(lambda request: "Response: north") as server:
+        episode(server.url, f", prompts={str(tmp_path)!r}")
+    ends = [contents(request)[-1] for request in server.requests]
+    assert ends == ["Turn 1, 4 left.", "Turn 2, 3 left.", "Turn 3, 2 left.", "Turn 4, 1 left."]
+
+
+@pytest.mark.parametrize("answer", ANSWERS)
+@pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.name)
+def test_no_prompt_has_an_action_or_a_thought_to_copy(family, answer):
+    world = family.make_world()
+    asked = [
+        contents({"messages": Conversation(world, answer=answer, rng=np.random.default_rng(seed)).ask(NOTHING)})
+        for seed in range(3)
     ]
+    assert asked[0] == asked[1] == asked[2], "no action is drawn"
+    assert "not tried" not in asked[0][0]
+    assert len(" ".join(asked[0]).split()) <= 40
 
 
-def test_the_prompt_has_an_example_in_place_of_what_could_be_copied():
-    with ScriptedEndpoint(lambda request: contents(request)[0].strip().splitlines()[-1]) as server:
+def test_an_answer_that_is_no_action_is_not_sent_back():
+    """What is broken would be gone on with."""
+    answers = iter(['{"thought": "I go to the", "act', '{"thought": "so", "action": "west"}', "{}", "{}"])
+    with ScriptedEndpoint(lambda request: next(answers)) as server:
+        record = episode(server.url, ", answer='json'")
+    assert [turn.parse_failure is not None for turn in record.turns] == [False, True, False, True, True]
+    assert record.turns[1].answer == '{"thought": "I go to the", "act', "the record has it"
+    assert "I go to the" not in json.dumps(server.requests)
+    roles = [message["role"] for message in server.requests[3]["messages"]]
+    assert roles == ["system", "user", "assistant", "user"]
+
+
+def test_of_an_answer_that_was_cut_the_action_is_sent_back(tmp_path):
+    said = "Response: west\n\nI went there because"
+    with ScriptedEndpoint(lambda request: Reply(body=completion(said, request, finish="length"))) as server:
         record = episode(server.url)
-    assert record.episode.parse_failures == 0, "the example is an action"
-    assert "<" not in contents(server.requests[0])[0]
+    assert {turn.action for turn in record.turns[1:]} == {"2"}
+    assert contents(server.requests[-1])[2] == "Response: west"
+    assert record.episode.truncated == 4
+    with Store(tmp_path / "s.db") as store:
+        store.add(record)
+        assert [line for line in cost_lines(store) if "4 of 4 answers were cut" in line]
 
 
 @pytest.mark.parametrize("action", ["west", 2])
@@ -194,11 +226,11 @@ def test_a_prompt_that_cannot_be_cut_is_an_error_of_the_episode():
 def test_prompts_of_ones_own(tmp_path):
     (tmp_path / "system.j2").write_text("Do this: {{ instruction }} Like this: {{ example }}")
     with ScriptedEndpoint(lambda request: "Response: west") as server:
-        student = f"llm(model='m', base_url='{server.url}', prompts={str(tmp_path)!r})"
+        student = f"llm(model='m', base_url='{server.url}', answer='text', prompts={str(tmp_path)!r})"
         study = Study(ids=[GRIDWORLD], teachers=["oracle"], students=[student], seeds=1, max_turns=1)
         play(next(study.episodes()))
         assert contents(server.requests[0])[0].startswith("Do this: ")
-        assert "What do you do in turn 1?" in contents(server.requests[0])[1]
+        assert "Your action?" in contents(server.requests[0])[1]
         spec = study.students[0]
         assert parse_student(spec).facts()["prompts"]["system.j2"]["text"].startswith("Do this")
         assert f"{parse_student(spec)}" == spec
@@ -225,15 +257,15 @@ def test_prompts_that_are_none(tmp_path, text, match):
 
 @pytest.mark.parametrize("answer", ANSWERS)
 def test_neutral_prompts_do_not_say_what_to_think_of_the_teacher(answer):
-    with ScriptedEndpoint(lambda request: "Response: no") as server:
+    with ScriptedEndpoint(lambda request: "Response: north") as server:
         for prompts in ("", ", prompts='neutral'"):
             episode(server.url, f", answer='{answer}'{prompts}", max_turns=1)
     usual, neutral = (contents(request)[0] for request in server.requests)
-    assert "Let what the teacher says decide" in usual
-    assert "feedback" in usual
-    assert "decide" not in neutral
-    assert "feedback means" not in neutral
-    task = usual[usual.index("The task:") : usual.index("\n\n", usual.index("The task:"))]
+    assert "A teacher tells you how to do it better" in usual
+    assert "what the teacher advises" in usual
+    assert "better" not in neutral
+    assert "advises" not in neutral
+    task = usual.split("\n\n")[1]
     assert task in neutral
     assert len(contents(server.requests[0])) == len(contents(server.requests[1])) == 2
 
@@ -245,7 +277,7 @@ def test_examples_stand_before_the_conversation(tmp_path, answer):
     lines = [json.dumps({"question": f"You see {n}.", "answer": said}) for n in range(2)]
     (tmp_path / "examples.jsonl").write_text("\n".join(lines), "utf-8")
     student = f", answer='{answer}', prompts={str(tmp_path)!r}"
-    with ScriptedEndpoint(lambda request: "Response: no") as server:
+    with ScriptedEndpoint(lambda request: "Response: north") as server:
         episode(server.url, f"{student}, history=1")
     roles = ["system", "user", "assistant", "tool" if answer == "tool" else "user", "assistant"]
     assert [[message["role"] for message in request["messages"]][:5] for request in server.requests] == [roles] * 4
@@ -290,7 +322,7 @@ def test_examples_that_are_none(tmp_path, line):
     ("options", "match"),
     [
         ("memory=-1", "memory must be an integer from 0"),
-        ("answer='xml'", "answer must be one of text, json, tool, got 'xml'"),
+        ("answer='xml'", "answer must be one of auto, json, tool, text, got 'xml'"),
         ("max_prompt_tokens=0", "max_prompt_tokens must be an integer from 1"),
         ("cached_price=-1", "cached_price must be a number from 0"),
         ("extra={'tools': []}", "without the keys model, messages, stream, n, tools"),
@@ -307,8 +339,8 @@ def test_a_limit_is_refused_where_answers_have_no_length():
 
 
 def test_a_student_remembers_its_lifetime():
-    with ScriptedEndpoint(lambda request: "Response: no") as server:
-        student = f"llm(model='m', base_url='{server.url}')"
+    with ScriptedEndpoint(lambda request: "Response: north") as server:
+        student = llm(server.url)
         env = llf_teacher.TeacherEnv(GRIDWORLD, student=student, episodes=2, max_turns=2)
         for seed in (1, 2):
             env.reset(seed=seed)
@@ -318,19 +350,20 @@ def test_a_student_remembers_its_lifetime():
                 over = terminated or truncated
     assert [len(request["messages"]) for request in server.requests] == [2, 4, 6, 8] * 2
     last = contents(server.requests[2])[-1]
-    assert last.startswith("A new episode of the same task begins.\n\nThe teacher says: ")
-    assert "in turn 1? You have 2 turns left" in last
+    assert last.startswith("A new episode of the same task begins.\n\nTeacher: ")
 
 
 def test_a_note_that_is_withheld_is_none():
     def reply(request):
         asked = request["messages"][-1]["content"]
         return (
-            Reply(body=completion(None, finish="content_filter")) if asked.startswith("The episode is over") else "no"
+            Reply(body=completion(None, finish="content_filter"))
+            if asked.startswith("The episode is over")
+            else "north"
         )
 
     with ScriptedEndpoint(reply) as server:
-        student = f"llm(model='m', base_url='{server.url}', memory=5)"
+        student = llm(server.url, ", memory=5")
         env = llf_teacher.TeacherEnv(GRIDWORLD, student=student, episodes=2, max_turns=2)
         env.reset(seed=1)
         over = False
@@ -347,7 +380,7 @@ def test_a_student_remembers_what_it_wrote_down(answer):
 
     def reply(request):
         asked = request["messages"][-1]["content"]
-        return f"Note {len(server.requests)}. " + "word " * 100 if asked.startswith("The episode is over") else "no"
+        return f"Note {len(server.requests)}. " + "word " * 100 if asked.startswith("The episode is over") else "north"
 
     with ScriptedEndpoint(reply) as server:
         student = f"llm(model='m', base_url='{server.url}', memory=5, answer='{answer}')"
@@ -388,4 +421,4 @@ def test_a_conversation_of_ones_own():
         assert talk.thought == "hm"
     assert [len(messages) for messages in sent] == [2, 4, 6] * 2
     assert all(messages[0] == sent[0][0] for messages in sent[:3])
-    assert "You have 3 turns left" in sent[3][1]["content"]
+    assert sent[3][1]["content"].endswith("Your action?")

@@ -131,7 +131,7 @@ def test_a_model_reads_the_rest_and_has_no_interval(tmp_path):
         return json.dumps({"claims": [{"type": "Go", "action": "west"}] if "weather" in said else []})
 
     with ScriptedEndpoint(answer) as server:
-        reader = f"llm_reader(model='m', base_url='{server.url}', input_price=1.0, output_price=1.0)"
+        reader = f"llm_reader(model='m', base_url='{server.url}', answer='json', input_price=1.0, output_price=1.0)"
         with run(study(NAMES[0], reader=reader), tmp_path / "s.db", options=RunOptions("here")) as results:
             rows, html = list(results.rows()), results.report().html
             manifest = results.manifest

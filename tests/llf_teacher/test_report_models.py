@@ -32,9 +32,9 @@ def model(request):
 def told(tmp_path_factory):
     path = tmp_path_factory.mktemp("models") / "s.db"
     with ScriptedEndpoint(model) as server, Store(path) as store:
-        cheap = f"llm(model='small', base_url='{server.url}', input_price=0.0, output_price=1000.0)"
+        cheap = f"llm(model='small', base_url='{server.url}', answer='text', input_price=0.0, output_price=1000.0)"
         study = Study(
-            students=[cheap, f"llm(model='large', base_url='{server.url}')", "obedient"],
+            students=[cheap, f"llm(model='large', base_url='{server.url}', answer='text')", "obedient"],
             names={cheap: "The cheap one"},
             **ONE,
         )
@@ -112,7 +112,10 @@ def test_names_that_are_none(names, match):
 
 def test_students_of_one_model_are_told_apart():
     url = "http://localhost:1/v1"
-    specs = [f"llm(model='m', base_url='{url}'{more})" for more in ("", ", temperature=0.5", ", answer='json'")]
+    specs = [
+        f"llm(model='m', base_url='{url}'{more})"
+        for more in (", answer='text'", ", answer='text', temperature=0.5", ", answer='json'")
+    ]
     study = Study(students=[*specs, f"llm(model='n', base_url='{url}')", "obedient(forget=False)"], **ONE)
     assert [study.named[spec] for spec in study.students] == [
         "llm(m, temperature=0.0, answer='text')",

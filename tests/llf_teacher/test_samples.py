@@ -72,7 +72,7 @@ def test_the_report_is_of_all_samples(tmp_path):
 
 def test_a_model_is_sampled_with_other_seeds():
     with ScriptedEndpoint(lambda request: "Response: no") as server:
-        student = f"llm(model='m', base_url='{server.url}', temperature=1.0)"
+        student = f"llm(model='m', base_url='{server.url}', answer='text', temperature=1.0)"
         for spec in Study(**(ONE | {"students": [student], "seeds": 1, "max_turns": 1}), samples=4).episodes():
             play(spec)
     assert len({request["seed"] for request in server.requests}) == 4

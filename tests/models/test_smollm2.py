@@ -3,17 +3,23 @@
 import os
 import signal
 
+import numpy as np
 import pytest
 from commands import llf, llf_apart
 from local_models import ends, gguf
 
+import llf_teacher
 from llf_teacher.models import LLMError, NoAnswerError
+from llf_teacher.models.cache import spending
 from llf_teacher.models.local import catalogue, endpoint
 from llf_teacher.models.local.server import servers
 from llf_teacher.models.model import Model, ModelSettings
+from llf_teacher.students.conversation import Conversation
 from llf_teacher.studies import load
+from llf_teacher.suite import take
+from pz_envs.text.answer_formats import THOUGHT
 
-STUDENT = "llm(model='local:smollm2-135m', max_tokens=60, history=2, answer='json')"
+STUDENT = "llm(model='local:smollm2-135m', history=2)"
 STUDY = f"""
 ids = ["llf-gridworld-v0"]
 teachers = ["oracle", "silent"]
@@ -22,6 +28,18 @@ feedback_types = ["fp"]
 seeds = 2
 max_turns = 2
 """
+IDS = (
+    "llf-gridworld-v0",
+    "llf-bandits-BanditTenArmedGaussian-v0",
+    "llf-poem-Haiku-v0",
+    "llf-poem-LineSyllableConstrainedPoem-v0",
+    "llf-poem-SyllableConstrainedPoem-v0",
+    "llf-reco-movie-v0",
+    "llf-optimization-McCormick-v0",
+    "llf-highway-parking-v0",
+    "llf-alfworld-v0",
+    "llf-metaworld-reach-v3",
+)
 ASK = [{"role": "user", "content": "Say hello."}]
 
 
@@ -69,6 +87,43 @@ def test_a_study_is_played_and_recomputed_without_a_server(tmp_path):
     with load(tmp_path / "again.db") as recomputed:
         assert sorted(recomputed.rows(), key=lambda row: row["key"]) == before
     assert not endpoint._connected or all(each._lease is None for each in endpoint._connected.values())
+
+
+def test_the_suite_says_how_long_it_takes_and_goes_on(tmp_path, monkeypatch):
+    """It is ended after the measurement: two lessons of five turns."""
+
+    def stop(outlook):
+        outlooks.append(outlook)
+        raise KeyboardInterrupt
+
+    outlooks, spent = [], []
+    monkeypatch.setenv("LLF_LLM_CACHE", f"{tmp_path / 'answers.db'}")
+    for _ in range(2):
+        with pytest.raises(KeyboardInterrupt):
+            take(STUDENT, tmp_path / "it.db", (), quick=True, announce=stop)
+        spent.append(sum(each["requests"] for each in spending(f"{tmp_path / 'answers.db'}")))
+    assert spent[0] >= 10
+    assert spent[1] == spent[0]  # the second run knows the speed from the first
+    for each in outlooks:
+        assert "advice" in each.names
+        assert each.episodes >= 16
+        assert each.seconds > 5 * min(each.turn_seconds.values()) > 0
+
+
+@pytest.mark.parametrize("id", IDS)
+def test_its_grammar_keeps_the_schema_of_each_family(id):
+    """Also at a temperature at which it talks nonsense."""
+    env = llf_teacher.make(id, text=True)
+    observation, _ = env.reset(seed=1)
+    settings = ModelSettings(model="local:smollm2-135m", temperature=1.5, extra={"top_k": 0})
+    asked = Model(settings, np.random.default_rng(0))
+    talk = Conversation(env, answer=asked.form("auto").name)
+    assert talk.form == "json"
+    said = asked.answer(talk.ask(observation), talk.options, talk.most_tokens)
+    action = talk.answer(said.split, cut=said.finish == "length")
+    assert said.finish == "stop"
+    assert env.step(action)[-1].get("parse_failure") is None
+    assert len(talk.thought) <= THOUGHT
 
 
 def test_a_model_teaches():

@@ -27,7 +27,7 @@ pytestmark = pytest.mark.usefixtures("no_settings")
 STUDY = """
 ids = ["llf-gridworld-v0"]
 teachers = ["oracle", "silent"]
-students = ["llm(model='m', base_url='{url}', input_price=1000, output_price=1000)"]
+students = ["llm(model='m', base_url='{url}', answer='text', input_price=1000, output_price=1000)"]
 feedback_types = ["fp+r"]
 seeds = 25
 max_turns = 5
@@ -146,13 +146,40 @@ def test_a_limit_stops_a_study_and_a_higher_one_goes_on(tmp_path):
 
 def test_a_limit_stops_the_suite(tmp_path):
     with ScriptedEndpoint(wanderer()) as server:
-        student = f"llm(model='m', base_url='{server.url}', input_price=1000, output_price=1000)"
+        student = f"llm(model='m', base_url='{server.url}', answer='text', input_price=1000, output_price=1000)"
         options = ("--student", student, "--quick", "--only", "advice", "--workers", "1", "--budget", "5")
         stopped = llf("suite", *options, cwd=tmp_path, LLF_LLM_API_KEY=KEY)
     assert stopped.returncode == 1
     assert "llf: the spending limit of 5 USD is reached" in stopped.stderr
     assert "The episodes so far are in llf-suite.db; the next run goes on from there." in stopped.stderr
     assert "Traceback" not in stopped.stderr
+
+
+def test_a_suite_that_is_interrupted_names_the_command_that_goes_on_and_asks_nothing_twice(tmp_path):
+    """What was under way, one request a worker, may be asked again."""
+    workers, null = 2, subprocess.DEVNULL
+    with ScriptedEndpoint(wanderer(0.05)) as server:
+        student = f"llm(model='m', base_url='{server.url}', max_tokens=30, answer='text')"
+        options = ("suite", "--student", student, "--quick", "--only", "advice", "--workers", f"{workers}")
+        process = subprocess.Popen(
+            [sys.executable, "-m", "llf_teacher", *options], cwd=tmp_path, stdout=null, stderr=subprocess.PIPE,
+            env=os.environ | {"LLF_LLM_API_KEY": KEY}, start_new_session=True, text=True,
+        )  # fmt: skip
+        while process.poll() is None and len(server.requests) < 40:
+            time.sleep(0.01)
+        os.killpg(process.pid, signal.SIGINT)
+        _, said = process.communicate(timeout=60)
+        assert process.returncode == 130, said
+        assert "a turn takes 0." in " ".join(said.split())
+        assert "Interrupted. The episodes so far are in llf-suite.db; the same command goes on:\nllf suite --st" in said
+        assert "Traceback" not in said
+        before, kept = hits(server), cached(tmp_path / "llf-suite.llm.db")
+        assert len(before) - len(kept) <= workers
+        finished = llf(*options, cwd=tmp_path, LLF_LLM_API_KEY=KEY)
+        assert finished.returncode == 0, finished.stderr
+        after = hits(server)
+    assert all(after[request] == 1 for request in kept)
+    assert sum(after.values()) <= len(after) + workers
 
 
 def test_a_broken_endpoint_is_one_line_without_the_key(tmp_path):

@@ -274,7 +274,8 @@ def test_a_student_is_watched(tiny):
     done = llf(*watch, "--student", "llm(model='local:tiny')")
     assert done.returncode == 0, done.stderr
     told = done.stdout
-    assert "answers: Response: east" in told
+    assert "The student's model is asked for answers as json." in told
+    assert '"action": "east"}' in told
     assert "action: east" in told
     assert "teacher, advice [✓ true]: Now head east." in told
     assert "Over after 2 turns" in told

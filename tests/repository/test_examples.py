@@ -11,6 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from llf_teacher.models.testing import ScriptedEndpoint
+
 ROOT = Path(__file__).parents[2]
 
 
@@ -251,7 +253,26 @@ def test_families_order_students_alike_or_not(monkeypatch):
 @pytest.mark.full
 def test_suite_endpoint(tmp_path):
     out = printed("suite_endpoint", "--card", tmp_path / "card.html")
-    assert "at most 80 episodes, 400 turns" in out
+    assert "at most 72 episodes, 360 turns" in out
     assert "The student takes advice" in out
-    assert re.search(r"39\d answers, \d+ tokens in, \d+ out, 0\.1\d+ USD", out)
+    assert re.search(r"360 answers, \d+ tokens in, \d+ out, 0\.03\d+ USD", out)
     assert (tmp_path / "card.html").stat().st_size > 10_000
+
+
+def test_ways_to_ask(tmp_path, monkeypatch):
+    """A model that copies the prompt, and one that answers for itself and obeys, as the table has them."""
+
+    def model(request):
+        way = re.findall(r"Go (north|east|west|south) next|$", request["messages"][-1]["content"])[0] or "north"
+        thought = "says in a few words what you" if "thought" in json.dumps(request["response_format"]) else "I go"
+        return json.dumps({"thought": thought, "action": way})
+
+    with ScriptedEndpoint(model) as server:
+        monkeypatch.setenv("LLF_LLM_BASE_URL", server.url)
+        common = ("--ids", "llf-gridworld-v0", "--seeds", 1, "--turns", 2, "--workers", 1)
+        lines = printed("ways_to_ask", tmp_path, "m", "--ways", "why", "why-", *common).splitlines()
+    copied, own = map(json.loads, lines)
+    assert (copied["way"], copied["answers"], copied["actions"], copied["copies"]) == ("why", 4, 4, 4)
+    assert (own["way"], own["copies"]) == ("why-", 0)
+    assert own["regret oracle"] <= own["regret silent"]
+    assert len((tmp_path / "table.jsonl").read_text().splitlines()) == 2

@@ -1,6 +1,7 @@
 """Comparisons hold where values say so, mean the same by their fields, and say what they say to a student."""
 
 import itertools
+import json
 
 import pytest
 from shelf import FAMILIES
@@ -144,3 +145,49 @@ def test_comparing_says_only_comparisons_and_many(name):
     kinds = {type(atom.claim) for said in heard for atom in said.atoms}
     assert kinds == ({Better, BetterTurn, WorseTurn} if name in VALUED else {Better})
     assert name in ROLLED or sum(bool(said.atoms) for said in heard) > 0.8 * sum(bool(said.true) for said in heard)
+
+
+@pytest.mark.parametrize("name", ["metaworld", "parking", "optimization"])
+def test_numbers_of_a_comparison_are_written_as_a_student_writes_them_and_it_holds_of_these(name):
+    """The student's numbers have 16 digits; a claim about an action that is said to four is about that action."""
+    each = family(name)
+    pupil = Pupil(each.make_world, each.make_teacher, max_turns=5)
+    said = 0
+    for episode in pupil.taught(parse_personality("comparing"), 25):
+        for heard in episode:
+            for atom in heard.atoms:
+                lab = pupil.make_world().scratch()
+                for action, text in ((atom.claim.this, atom.claim.first), (atom.claim.that, atom.claim.second)):
+                    assert json.loads(text) == list(action) == [float(f"{number:.4g}") for number in action]
+                    assert text in atom.text
+                    assert lab.legal(action) == action
+                assert atom.claim.holds(heard.moment, lab)
+                said += 1
+    assert said > 5
+
+
+def test_lists_of_titles_are_compared_as_they_are_sent():
+    each = family("movies")
+    pupil = Pupil(each.make_world, each.make_teacher, max_turns=5)
+    heard = [
+        atom for episode in pupil.taught(parse_personality("comparing"), 20) for said in episode for atom in said.atoms
+    ]
+    assert heard
+    for atom in heard:
+        assert (atom.claim.first, atom.claim.second) == (atom.claim.this, atom.claim.that)
+        assert f'"{atom.claim.first}"' not in atom.text
+        assert isinstance(json.loads(atom.claim.first), list)
+
+
+def test_a_car_is_not_said_to_park_sooner_by_a_single_action():
+    """Plans of parking are not the shortest, and another plan from the same state can be one action shorter."""
+    each = family("parking")
+    pupil = Pupil(each.make_world, each.make_teacher, max_turns=4)
+    said = [
+        atom.claim
+        for episode in pupil.taught(parse_personality("comparing"), 60)
+        for heard in episode
+        for atom in heard.atoms
+    ]
+    assert said
+    assert min(claim.gain() for claim in said) >= each.oracle_class().least_gain == 2

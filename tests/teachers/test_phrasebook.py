@@ -18,12 +18,13 @@ from teachers import common
 from teachers.atoms import FP, HN, HP, SILENCE, Claim, FeedbackType, Verdict, claim, opposed, slots_of
 from teachers.common import Late, Probably, Reward, Solved, TryAgain, hedge
 from teachers.oracle import claims_of
+from teachers.oracles.bandits import Pull, PulledPoor
 from teachers.oracles.poem import PoemOracle
 from teachers.oracles.poem.claims import AvoidCount, AvoidLines, Count, LinesRight, Write, WrongLine, WrongNumber
 from teachers.phrasebook import Draws, Phrasebook, check_paraphrase, load_phrasebook
 from teachers.templates import Template, cache_key
 from teachers.testing import Pupil, wording_problems
-from teachers.voice import voice_names
+from teachers.voice import load_tone, voice_names
 
 FAMILIES = {family.name: family for family in all_families()}
 BOOKS = [(name, family.oracle_class().__module__) for name, family in FAMILIES.items()]
@@ -398,7 +399,7 @@ def test_late_claims_are_framed_and_filed_by_their_turn(paraphrase):
 def test_frames_of_late_claims_vary_independently_of_the_sentence():
     phrasebook = book("gridworld")
     said = say(phrasebook, [Late(claim=Solved(), turn=1)] * 2000).atoms
-    pairs = len(phrasebook.templates(Late)) * len(phrasebook.templates(Solved))
+    pairs = len(phrasebook.templates(Late)) * (len(phrasebook.templates(Solved)) - 1)  # one says "now"
     assert len({atom.text for atom in said}) == pairs
 
 
@@ -467,17 +468,88 @@ def test_claims_of_numbers_and_members_come_again():
         assert cache_key(cls) is None
 
 
+STATED = {
+    Pull(action=3): {
+        "curt": ["Arm 3 next."],
+        "plain": [
+            "Your next choice should be arm 3.",
+            "Arm 3 is what you should go for now.",
+            "The arm for your next turn is 3.",
+        ],
+    },
+    PulledPoor(action=3): {
+        "curt": [
+            "Arm 3 was not a best arm.",
+            "Wrong: arm 3 is beaten.",
+            "Pulled arm 3: not a best one.",
+            "Poor pull: arm 3.",
+        ],
+        "plain": [
+            "Arm 3 was the wrong choice: some arm pays more on average.",
+            "You pulled arm 3, which does not have the greatest expected reward. That was a mistake.",
+            "Pulling arm 3 was not as good as it gets, for on average another is better.",
+            "You did badly with arm 3. Its mean is exceeded by another.",
+            "That was not a best arm: 3.",
+        ],
+    },
+}
+
+
+@pytest.mark.parametrize("claim", STATED)
 @pytest.mark.parametrize("voice", ["plain", "curt", "warm", "socratic"])
-def test_a_hedge_says_its_probability_and_its_claim_in_the_words_of_both(voice):
-    phrasebook = load_phrasebook("teachers.phrases:bandits.toml", FAMILIES["bandits"].oracle_class().__module__, voice)
-    claim, hedged = Solved(), hedge(Solved(), 0.8)
-    frames = phrasebook.templates(Probably)
-    both = {frame.format(percent=80, text=text) for frame in frames for text in phrasebook.sentences(claim)}
+def test_a_hedge_covers_a_statement_and_neither_comfort_nor_order_nor_question(voice, claim):
+    phrasebook = FAMILIES["bandits"].phrasebook(voice)
+    hedges = [phrase for phrase in phrasebook.templates(Probably) if phrase.partition("{")[0] in BARE]
+    assert len(hedges) == (4 if voice == "curt" else 5)
+    tone = load_tone(voice)
+    frames = tone.frames.get(claim.kind, ["{sentence}"]) if tone and claim.kind is FP else ["{sentence}"]
+    stated = STATED[claim]["curt" if voice == "curt" else "plain"]
+    both = {
+        frame.format(sentence=phrase.format(percent=80, text=text))
+        for frame in frames
+        for phrase in hedges
+        for text in stated
+    }
+    hedged = hedge(claim, 0.8)
     assert set(phrasebook.sentences(hedged)) == both
-    assert {atom.text for atom in say(phrasebook, [hedged] * 2000).atoms} == both
+    assert {atom.text for atom in say(phrasebook, [hedged] * 4000).atoms} == both
     (atom,) = say(phrasebook, [Late(claim=hedged, turn=1)]).atoms
     assert (atom.claim, atom.about_turn) == (hedged, 1)
     assert any(atom.text.endswith(text) for text in both)
+
+
+BARE = {
+    *("Probably (about ", "This is right with a probability of about ", "I am about "),
+    *("There is a chance of about ", "", "Probably, ", "Chance "),
+}
+"""What stands before the probability in hedges without a frame."""
+
+
+@pytest.mark.parametrize("voice", ["plain", "curt", "warm", "socratic"])
+@pytest.mark.parametrize("name", FAMILIES)
+def test_what_is_said_late_does_not_speak_of_now_if_it_can_be_said_without(name, voice):
+    phrasebook, said = FAMILIES[name].phrasebook(voice), 0
+    for cls, templates in phrasebook.items():
+        if cls.kind is None or cls in (Late, Probably):
+            continue
+        without = [
+            each for each in templates if not re.search(r"\b(now|here|at present)\b", re.sub(r"\{.*?\}", "", each))
+        ]
+        for each in real_claims(name).get(cls, ())[:1] if without else ():
+            late = phrasebook.sentences(Late(claim=each, turn=1))
+            values = {slot: getattr(each, slot) for slot in slots_of(cls)}
+            own = {template.format(**values) for template in without}
+            assert {sentence.partition(": ")[2] for sentence in late} <= own
+            said += 1
+    assert said > 5
+
+
+def test_a_hedged_order_is_said_as_it_is_if_there_is_no_statement():
+    wording = {"Hurry": ["Take {steps} steps.", "Do {steps}.", "Why not {steps}?", "Go, {steps} times."]}
+    phrasebook = Phrasebook(wording, [Hurry], "words") | load_phrasebook(
+        f"teachers.phrases:{BOOKS[0][0]}.toml", BOOKS[0][1]
+    )
+    assert len(phrasebook.sentences(hedge(Hurry(steps=3), 0.8))) == 5 * 4
 
 
 def test_a_sentence_is_made_once_for_claims_that_come_again_and_not_for_ever():

@@ -8,11 +8,16 @@ import numpy as np
 import pytest
 from lessons import ALPHA, CHEAP, fits, lab, of, on_cheap_families, oracles, pupil, rows, taught, turns, without
 from scipy.stats import norm
+from shelf import FAMILIES
 
-from teachers.atoms import FN, FP, HN, HP, R
-from teachers.common import NoDifference
+from teachers.atoms import FN, FP, HN, HP, KINDS, ActionClaim, HintClaim, R
+from teachers.common import Chance, NoDifference
 from teachers.fingerprint import Fingerprints
 from teachers.oracles.gridworld.claims import Either, Go
+from teachers.personalities.noisy import Noisy
+from teachers.personality import parse_personality
+from teachers.testing import Pupil
+from teachers.view import View
 
 HINDSIGHT = (HP, HN)
 
@@ -117,7 +122,10 @@ def test_hinter_climbs_from_the_vague_to_the_plain(level):
         for _, said, true in episode:
             if verdicts := of(true, *HINDSIGHT):
                 rung = rung + 1 if of(verdicts, HN) else level
-            assert without(said, FP) == without(true, FP)
+            hints = [hint for hint in of(said, FP) if isinstance(hint, Either)]
+            told = [claim for claim in without(true, FP) if not any(hint.excludes(claim) for hint in hints)]
+            assert without(said, FP) == told
+            assert not any(claim.action in hint.ways for claim in of(said, FN) for hint in hints)
             for hint, advice in zip(of(said, FP), of(true, FP), strict=True):
                 assert type(hint) is (Either if rung < 2 else Go)
                 assert len(hint.ways) == 3 - rung if rung < 2 else hint == advice
@@ -189,24 +197,59 @@ def test_drifting_turns_at_its_turn(name):
 
 
 @on_cheap_families
+@pytest.mark.parametrize("scaled", [True, False])
 @pytest.mark.parametrize("beta", [0.0, 1.0, 3.0, 1e6])
-def test_noisy_judges_by_bradley_and_terry(name, beta):
+def test_noisy_judges_by_bradley_and_terry(name, beta, scaled):
     observed, expected, variance = 0, 0.0, 0.0
-    for oracle, moment, said, true in turns(name, f"noisy(beta={beta})"):
-        assert without(said, *HINDSIGHT) == without(true, *HINDSIGHT)
-        if not of(true, *HINDSIGHT):
-            continue
-        values = oracle.values(moment.before)
-        mine = values[moment.action]
-        rivals = [value for value in values if value != mine]
-        good = 1.0 if not rivals else 1 / (1 + math.exp(min(beta * (max(rivals) - mine), 700)))
-        assert len(of(said, *HINDSIGHT)) == 1
-        observed += len(of(said, HP))
-        expected += good
-        variance += good * (1 - good)
-        if beta == 1e6:
-            assert said == true
+    for oracle, episode in rows(name, f"noisy(beta={beta}, scaled={scaled})"):
+        variances = []
+        for moment, said, true in episode:
+            assert without(said, *HINDSIGHT) == without(true, *HINDSIGHT)
+            if moment.before is None:
+                continue
+            values = oracle.values(moment.before)
+            variances.append(np.var(values))
+            if not of(true, *HINDSIGHT):
+                continue
+            mine = values[moment.action]
+            rivals = [value for value in values if value != mine]
+            unit = math.sqrt(np.mean(variances)) if scaled else 1.0
+            good = 1.0 if not rivals else 1 / (1 + math.exp(min(beta * (max(rivals) - mine) / unit, 700)))
+            assert len(of(said, *HINDSIGHT)) == 1
+            observed += len(of(said, HP))
+            expected += good
+            variance += good * (1 - good)
+            if beta == 1e6:
+                assert said == true
     assert abs(observed - expected) <= norm.isf(ALPHA / 2) * math.sqrt(variance) + 1e-6
+
+
+class InUnits(View):
+    """A view with values in another unit."""
+
+    unit = 1.0
+
+    def past_values(self):
+        values = super().past_values()
+        return values and tuple(self.unit * value for value in values)
+
+
+@on_cheap_families
+@pytest.mark.parametrize("unit", [2.0**-10, 2.0**10])
+def test_noisy_says_the_same_in_every_unit_of_values(name, unit):
+    differ = Counter()
+    for oracle, episode in rows(name, "oracle"):
+        for spec in (Noisy(), Noisy(scaled=False)):
+            views = InUnits(oracle, len), InUnits(oracle, len)
+            views[1].unit = unit
+            stages = [spec.start(np.random.default_rng(0)) for _ in views]
+            for moment, _, true in episode:
+                for view in views:
+                    view.see(moment, frozenset(KINDS))
+                one, other = (stage.speak(true, view) for stage, view in zip(stages, views, strict=True))
+                differ[spec.scaled] += one != other
+    assert differ[True] == 0
+    assert differ[False] > 20
 
 
 @on_cheap_families
@@ -381,3 +424,36 @@ def test_limited_knowledge_knows_its_share_of_the_states(fraction):
 def test_pupils_play_long_enough():
     assert all(sum(len(e) for e in taught(name, "oracle")) > 2000 for name in CHEAP)
     assert {pupil(name).max_turns for name in CHEAP} == {20, 30}
+
+
+def hints_said(name, **options):
+    """What `hinter` says in turns with a hint, and what it withholds, in random play."""
+    each = FAMILIES[name]
+    pupil = Pupil(lambda: each.make_world(**options), each.make_teacher, max_turns=10)
+    for episode in pupil.taught(parse_personality("hinter"), 60):
+        for heard in episode:
+            claims = [atom.claim for atom in heard.atoms]
+            oracle = [claim for claim in of(heard.true, HN, FN) if isinstance(claim, ActionClaim)]  # without clues
+            if hints := [claim for claim in claims if isinstance(claim, HintClaim | Chance)]:
+                yield hints, claims, [claim for claim in oracle if claim not in claims]
+
+
+@pytest.mark.parametrize("name", ["gridworld", "bandits", "alfworld"])
+def test_no_hint_is_made_an_answer_by_a_warning(name):
+    withheld = 0
+    for hints, claims, missing in hints_said(name):
+        warned = {claim.action for claim in claims if claim.kind is FN and isinstance(claim, ActionClaim)}
+        assert not any(hint.leaves(action) for hint in hints if isinstance(hint, HintClaim) for action in warned)
+        assert all(any(hint.excludes(claim) for hint in hints) for claim in missing)
+        withheld += len(missing)
+    assert withheld > 3
+
+
+def test_of_two_arms_a_hint_does_not_come_with_a_warning_and_of_a_pair_not_with_blame():
+    for hints, claims, missing in hints_said("bandits", problem="TwoArmedHighLowFixed"):
+        assert all(type(hint) is Chance for hint in hints)
+        assert not of(claims, FN)
+        assert len(missing) == 1
+    pairs = [(hint, claims) for (hint, *_), claims, _ in hints_said("bandits") if hint.high - hint.low == 1]
+    assert pairs
+    assert not any(hint.leaves(blame.action) for hint, claims in pairs for blame in of(claims, HN))

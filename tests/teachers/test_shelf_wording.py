@@ -3,10 +3,10 @@
 from collections import Counter
 
 import pytest
-from lessons import CHEAP, fits, of, on_cheap_families, taught, turns, without
+from lessons import CHEAP, fits, of, on_cheap_families, rows, taught, turns, without
 
 from teachers.atoms import FP, HN, HP
-from teachers.common import Chance, Paid, PartlyRight, Right, Trap, Truism, Wrong
+from teachers.common import FACTS, Chance, Paid, PartlyRight, Right, Trap, Truism, Wrong
 
 
 @pytest.mark.parametrize("name", ["bandits", "gridworld", "optimization", "poem"])
@@ -70,3 +70,13 @@ def test_verbose_adds_its_number_of_truisms(name, k):
         padding = [claim for claim in said if type(claim) is Truism]
         assert len(padding) == (k if true else 0)
         assert {claim.kind for claim in padding} <= {claim.kind for claim in true}
+
+
+@pytest.mark.parametrize("name", ["gridworld", "movies"])
+def test_verbose_says_no_fact_twice_before_it_has_said_them_all(name):
+    for _, episode in rows(name, "verbose(k=3)"):
+        spoken = [[claim.fact for claim in said if type(claim) is Truism] for _, said, _ in episode]
+        spoken = [facts for facts in spoken if facts]
+        assert all(len(set(facts)) == 3 for facts in spoken)
+        first = [fact for facts in spoken[: len(FACTS) // 3] for fact in facts]
+        assert len(set(first)) == len(first)

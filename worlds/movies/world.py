@@ -58,6 +58,7 @@ class Movies(World[Truth, dict[str, Any], str]):
     reward_range = (-1.0, 0.0)
     failure_reward = -1.0
     verbatim = False
+    text_items = (1, 10)  # longer lists are allowed
     answer_names = ("titles", "recommendations", "movies", "films", "series")
     _truth: Truth
     action_syntax = (

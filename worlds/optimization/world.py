@@ -53,6 +53,8 @@ class Optimization(World[Truth, dict[str, Any], Point]):
     """
 
     action_parts = ("x1", "x2")
+    answer_words = ("stay",)
+    action_fillers = ("point", "proposal", "guess", "minimum", "at")
     _truth: Truth
 
     def __init__(
@@ -154,14 +156,21 @@ class Optimization(World[Truth, dict[str, Any], Point]):
             options["func_choice"] = int(rng.integers(len(LOSSES[self.options["loss"]]))) + 1
         return options
 
+    def elsewhere(self, seed: int) -> Truth:
+        """Another first point, and the loss shifted, so that its minimiser is another one."""
+        self.reset(seed=seed)
+        x1, x2 = self._truth.x
+        shift = self._draw_shift(self.np_random)
+        self._load(Truth((x1, x2), Landscape(self.loss, shift).value(x1, x2), shift))
+        return self._truth
+
     def read(self, text: str) -> Point | None:
-        """The only pair of numbers in a text, with words that propose it; for `stay` or `stop`, the last proposal."""
-        found = list(_PAIR.finditer(text))
-        if found:
-            pairs = {(float(pair[1] or pair[3]), float(pair[2] or pair[4])) for pair in found}
-            return pairs.pop() if len(pairs) == 1 and all(_is_proposed(text, *pair.span()) for pair in found) else None
-        stays = hasattr(self, "_truth") and _STAY.search(text) and _STAYING.fullmatch(_REASON.sub("", text))
-        return self._truth.x if stays else None
+        """The pair of numbers that a text is, as in `x = [1, 2]`; for `stay` or `stop`, the last proposal."""
+        text = text.lstrip(_QUOTES).rstrip(f"{_QUOTES}!")
+        if pair := _PAIR.fullmatch(text):
+            x1, x2 = filter(None, pair.groups())
+            return float(x1), float(x2)
+        return self._truth.x if hasattr(self, "_truth") and _STAY.fullmatch(text) else None
 
     def _load(self, truth: Truth) -> None:
         self._truth = truth
@@ -179,45 +188,13 @@ class Optimization(World[Truth, dict[str, Any], Point]):
         return [(max(low - m, -_REACH * (high - low)), min(high - m, _REACH * (high - low))) for m, low, high in bounds]
 
 
+_QUOTES = " \t\r\n.,;\"'`"  # allowed around it
 _NUMBER = r"([-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)"
 _TWO = rf"\s*{_NUMBER}\s*,\s*{_NUMBER}\s*"
-_PAIR = re.compile(  # with no factor or summand beside it
-    rf"(?<![\w\[(+/^-])(?<!\w\*)(?<![~|\u2260])(?<!!= )(?<!\u2260 )(?<!\w [*/] )(?<![0-9] [+-] )"
-    rf"(?:\[{_TWO}\]|\({_TWO}\))(?![\w\])'^]|\s*[*/+-]\s*[0-9.(\[])"
+_PAIR = re.compile(rf"(?:x\s*[:=]\s*)?(?:\[{_TWO}\]|\({_TWO}\))|\{{\s*\"x\"\s*:\s*\[{_TWO}\]\s*\}}")
+_STAY = re.compile(
+    r"(?:stop|stay|(?:have |has been |is )?reached)(?: here| there| put| the (?:minimum|point))*", re.IGNORECASE
 )
-_WORDS = (  # that may stand before a proposed pair
-    "x|a|advice|advised|an|and|am sure|answer|as|at|be|best|better|believe|but|choice|choose|expect|final"
-    "|follow|following|for|go|going|guess|hence|here|i|i'd|i'll|i'm sure|is|it|let|let's|lies|me|minimi[sz]er"
-    "|minimum|move|moving|my|new|next|now|of|optimum|our|pick|please|point|probably|proposal|propose|reach"
-    "|response|select|should|so|stay|stop|suggest|suggested|take|teacher's|that|the|then|therefore|think|this"
-    "|thus|to|try|trying|us|use|we|will|with|would (?:go|like|propose|suggest|try)|you|your|action|thought"
-)
-_MARKS = r"[\s*_`\"'$)}]*+"
-_BEFORE = re.compile(
-    rf"(?>(?:(?:{_WORDS})\b|(?<!x)(?<!x )[-\u2013\u2014>\u2192]\s|[\s=:*_`\"'$>#{{(]|->)*)",  # by *+ Python 3.11.2 errs
-    re.IGNORECASE,
-)
-_AFTER = re.compile(  # a remark, or the sentence's end
-    rf"{_MARKS}(?:(?:is|now|next|then|please|here|my|the|final|answer|proposal|choice|this|time|turn|instead)\b{_MARKS})*+"
-    r"(?:$|[.;!(]|,(?!\s*but\b)|\n|(?:as|because|for|since|so|to|where)\b"
-    r"|[\u2013\u2014-]\s(?!.*(?:grad|step|delta|\bx\b|[0-9])))",
-    re.IGNORECASE,
-)
-_HEADER = re.compile(r"[(\[]\s*x_?1\s*,\s*x_?2\s*[)\]]", re.IGNORECASE)
-_STAY = re.compile(r"\b(?:stop(?:ped|ping)?|stay(?:ed|ing)?|reached)\b", re.IGNORECASE)
-_STAYING = re.compile(
-    r"(?:(?:a|again|am|an|and|are|at|be|done|for|going|good|have|has|here|i|i'll|i'm|i've|is|it|let|let's|me|minimum|my"
-    r"|now|optimum|please|point|put|same|so|stay|stayed|staying|stop|stopped|stopping|reached|the|there|therefore|think|this"
-    r"|time|to|us|we|we've|where|will|x|action|answer|response|should be|enough|has been|been)\b|[\s.,!:*_`\"'])*+",
-    re.IGNORECASE,
-)
-_REASON = re.compile(r",?\s(?:as|because|for|since)\b.*|\s\(.*\)[.!]?$", re.IGNORECASE | re.DOTALL)
-
-
-def _is_proposed(text: str, begin: int, end: int) -> bool:
-    """Whether the surrounding words propose this pair, rather than reject it or call it a gradient."""
-    before = re.split(r"[.;!?,](?=\s)|\n", _HEADER.sub("x", text[:begin]))[-1]
-    return bool(_BEFORE.fullmatch(before) and _AFTER.match(text, end))
 
 
 def _named_loss(name: str, choice: int, **own: Any) -> Loss:

@@ -7,12 +7,13 @@ import gymnasium
 import numpy as np
 
 from llf_teacher.models import NoAnswerError
+from llf_teacher.models.forms import AUTO, FORMS, check_answer
 from llf_teacher.models.model import AsksModel, Model, prompt_facts
-from llf_teacher.models.replies import Answer
-from llf_teacher.students.conversation import Conversation, Message, check_options, digest_of, texts_of
+from llf_teacher.models.replies import LENGTH, Answer
+from llf_teacher.students.conversation import STOPS, Conversation, Message, check_options, digest_of, texts_of
 from llf_teacher.students.student import ModelReply, Student
 from llf_teacher.students.talking import TalkingPolicy
-from pz_envs.text.thoughts import STOPS
+from pz_envs.text.answer_formats import THOUGHT
 from teachers.spec import check_range
 
 _DIGEST = "#"  # separates a folder of prompts from the digest of its files
@@ -34,13 +35,16 @@ class _Policy(TalkingPolicy["LLM"]):
 
     def converse(self) -> Conversation:
         """A conversation with the options of the spec."""
-        return self.spec.conversation(self.world, self.rng)
+        self.form = self._model.form(self.spec.answer)
+        """The form in which it is asked, once it was asked."""
+        return self.spec.conversation(self.world, self.rng, self.form.name)
 
     def reply(self, messages: list[Message]) -> str:
         """The action in the model's answer."""
-        stops = {"stop": list(STOPS)} if self.spec.answer == "text" else {}
-        self._last = answer = self._model.answer(messages, stops | self.talk.options)
-        return self.talk.answer(answer.split, call=answer.call, input_tokens=answer.usage.input_tokens)
+        stops = {"stop": list(STOPS)} if self.talk.form == "text" else {}
+        self._last = answer = self._model.answer(messages, stops | self.talk.options, self.talk.most_tokens)
+        cut = answer.finish == LENGTH
+        return self.talk.answer(answer.split, call=answer.call, input_tokens=answer.usage.input_tokens, cut=cut)
 
     def record(self) -> ModelReply:
         """The last answer and its cost."""
@@ -50,6 +54,7 @@ class _Policy(TalkingPolicy["LLM"]):
         usage = answer.usage
         thought = "\n\n".join(dict.fromkeys(filter(None, (answer.thought, self.talk.thought))))
         said = ModelReply(answer=self.talk.said, thought=thought, finish=answer.finish, seconds=answer.seconds)
+        said["form"] = self.form.name
         if self.talk.invented:
             said["invented"] = self.talk.invented
         known = {"input_tokens": usage.input_tokens, "output_tokens": usage.output_tokens, "usd": usage.usd}
@@ -63,14 +68,17 @@ class LLM(AsksModel, Student):
     model: str = ""
     base_url: str = ""
     temperature: float | None = 0.0
-    max_tokens: int | None = 1000
+    max_tokens: int | str | None = AUTO
     seed: bool = True
     history: int = 20
     """Number of past turns in a prompt, the latest; the instruction is always in it."""
     max_prompt_tokens: int | None = None
     """Approximate maximum length of a prompt; older history is cut in blocks, never the instruction. None: no limit."""
-    answer: str = "text"
-    """Form of the model's answer: `text`, a `json` object, or a call of a `tool`."""
+    answer: str = AUTO
+    """Form of the model's answer: a `json` object of a schema, a call of a `tool`, `text`, or `auto`, the first of
+    these that the endpoint keeps."""
+    thought: int = THOUGHT
+    """Greatest number of characters of a thought before the action; 0: no thought. A text is not held to it."""
     prompts: str | None = None
     """Folder of templates and examples that replace the default, or `neutral`; the spec adds the digest of its files.
     """
@@ -92,7 +100,8 @@ class LLM(AsksModel, Student):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_options(self.history, self.max_prompt_tokens, self.answer, self.images)
+        check_answer(self.answer)
+        check_options(self.history, self.max_prompt_tokens, "json", self.images, self.thought)
         check_range("memory", self.memory, 0, 100_000, int)
         if self.prompts is not None:
             object.__setattr__(self, "prompts", _with_digest(self.prompts))
@@ -102,14 +111,23 @@ class LLM(AsksModel, Student):
         """Folder of its templates; None: the default."""
         return None if self.prompts is None else self.prompts.rpartition(_DIGEST)[0]
 
-    def conversation(self, env: gymnasium.Env[Any, Any], rng: np.random.Generator) -> Conversation:
-        """A new conversation with its options; see `Conversation`."""
+    def conversation(
+        self, env: gymnasium.Env[Any, Any], rng: np.random.Generator, answer: str = FORMS[0]
+    ) -> Conversation:
+        """A new conversation with its options; see `Conversation`.
+
+        Args:
+            env: the environment, or a world.
+            rng: draws the action of an example, if the prompts have one.
+            answer: the form of answers if its own is `auto`.
+        """
         return Conversation(
             env,
             history=self.history,
             max_prompt_tokens=self.max_prompt_tokens,
             images=self.images,
-            answer=self.answer,
+            answer=answer if self.answer == AUTO else self.answer,
+            thought=self.thought,
             prompts=self.folder,
             rng=rng,
         )

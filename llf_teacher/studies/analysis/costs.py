@@ -18,6 +18,8 @@ def cost_lines(store: Store) -> Iterator[str]:
             f"{spent['model']}: {spent['requests']} requests paid so far, {spent['input_tokens']} tokens in, "
             f"{spent['output_tokens']} out, {price}{rest}"
         )
+        if form := spent.get("form"):
+            yield f"{spent['model']}: asked for answers as {form}"
         if lost := spent.get("lost"):
             yield f"{spent['model']}: no reply to {lost} of {spent['sent']} requests, which may be charged nevertheless"
     for row in store.answers():

@@ -1,8 +1,8 @@
-"""The lengths of a lesson's prompts, measured with random play; no model is asked."""
+"""The lengths of a lesson's prompts and answers, measured with random play; no model is asked."""
 
 import json
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from llf_teacher.students.conversation import text_of
 from llf_teacher.studies.definition.custom_specs import arguments_of, parse_teacher
 from pz_envs.text.answer_formats import written
 
-__all__ = ["bytes_of_prompts"]
+__all__ = ["PromptSizes", "sizes_of_prompts"]
 
 _REPLY = "That was not the best that you could do here. Try another way, and look at what the state tells you."
 
@@ -26,13 +26,24 @@ class _Counter(Model):
     def __init__(self) -> None:
         self.bytes = 0
 
-    def answer(self, messages: list[dict[str, Any]], form: Mapping[str, Any] | None = None) -> Answer:
+    def answer(
+        self, messages: list[dict[str, Any]], form: Mapping[str, Any] | None = None, needed: int | None = None
+    ) -> Answer:
         self.bytes += len("".join(map(text_of, messages)).encode()) + len(json.dumps(form) if form else "")
         return Answer(_REPLY)
 
 
-def bytes_of_prompts(lesson: EpisodeSpec, student: LLM) -> int:
-    """The bytes of all prompts of a model in a lesson with random play."""
+class PromptSizes(NamedTuple):
+    """The lengths of a lesson's prompts and answers."""
+
+    bytes: int
+    """Bytes of all prompts."""
+    longest_answer: int | None
+    """Greatest number of tokens of an answer; None: no limit."""
+
+
+def sizes_of_prompts(lesson: EpisodeSpec, student: LLM) -> PromptSizes:
+    """The lengths of a model's prompts and answers in a lesson with random play."""
     counter = _Counter()
     taught = arguments_of(parse_teacher(lesson.teacher), "a")
     env = make(lesson.id, **taught, text=True, max_turns=lesson.max_turns, **json.loads(lesson.options or "{}"))
@@ -46,4 +57,4 @@ def bytes_of_prompts(lesson: EpisodeSpec, student: LLM) -> int:
         observation, _, terminated, truncated, _ = env.step(talk.answer(text))
         over = terminated or truncated
     env.close()
-    return counter.bytes
+    return PromptSizes(counter.bytes, student.settings.limit(talk.most_tokens))

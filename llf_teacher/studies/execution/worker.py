@@ -3,6 +3,7 @@
 import os
 import random
 import sysconfig
+import time
 import traceback
 from collections.abc import Mapping
 from pathlib import Path
@@ -32,6 +33,8 @@ class Packed(NamedTuple):
 
     episode: EpisodeRow
     turns: bytes
+    seconds: float = 0.0
+    """How long it was played."""
 
 
 def set_up(environment: Mapping[str, str]) -> None:
@@ -46,10 +49,11 @@ def run_episode(spec: EpisodeSpec, limits: Limits = Limits()) -> Packed | Failur
     seed = int(spec.key, 16)
     random.seed(seed)
     np.random.seed(seed % 2**32)  # noqa: NPY002 (agents of the user's own may use it)
+    began = time.monotonic()
     try:
         with within_memory(limits.memory), clock.running():
             record = play(spec, clock.turn)
-        return Packed(record.episode, pack_turns(record.turns))
+        return Packed(record.episode, pack_turns(record.turns), time.monotonic() - began)
     except NoAnswerError as error:
         return failure("raised", f"{error}")
     except LLMError as error:

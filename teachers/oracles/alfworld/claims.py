@@ -4,7 +4,24 @@ from collections.abc import Callable, Sequence, Set
 from functools import lru_cache
 from typing import Annotated, Any, ClassVar
 
-from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Scope, Verdict, claim, opposed, slot
+from typing_extensions import override
+
+from teachers.atoms import (
+    FN,
+    FP,
+    HN,
+    HP,
+    ActionClaim,
+    Claim,
+    HintClaim,
+    Moment,
+    PlanClaim,
+    Scope,
+    Verdict,
+    claim,
+    opposed,
+    slot,
+)
 from teachers.oracles.alfworld.search import IDLE, distance, thing_of, verb_of
 from teachers.rules import TownRule
 from teachers.words import article
@@ -207,7 +224,7 @@ class Do(_Command):
 
 
 @claim
-class DoVerb(Claim[Truth, Alfworld]):
+class DoVerb(HintClaim[Truth, Alfworld]):
     """True if a shortest plan begins with a command that starts with `verb`."""
 
     kind = FP
@@ -218,9 +235,13 @@ class DoVerb(Claim[Truth, Alfworld]):
         """Carry all such commands out and search from there."""
         return _some(lab, moment.after, lambda command: verb_of(command) == self.verb)
 
+    @override
+    def leaves(self, action: str) -> bool:
+        return verb_of(action) == self.verb
+
 
 @claim
-class DoAbout(Claim[Truth, Alfworld]):
+class DoAbout(HintClaim[Truth, Alfworld]):
     """True if a shortest plan begins with a command that names `thing`."""
 
     kind = FP
@@ -229,6 +250,10 @@ class DoAbout(Claim[Truth, Alfworld]):
     def holds(self, moment: Moment[Truth], lab: Alfworld) -> bool:
         """Carry all such commands out and search from there."""
         return _some(lab, moment.after, lambda command: thing_of(command) == self.thing)
+
+    @override
+    def leaves(self, action: str) -> bool:
+        return thing_of(action) == self.thing
 
     def counterparts(self, moment: Moment[Truth], lab: Alfworld) -> Sequence[Claim]:
         """Something else."""

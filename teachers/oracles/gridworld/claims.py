@@ -5,7 +5,24 @@ from collections.abc import Sequence
 from itertools import combinations
 from typing import Annotated, Any
 
-from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Scope, Verdict, claim, opposed, slot
+from typing_extensions import override
+
+from teachers.atoms import (
+    FN,
+    FP,
+    HN,
+    HP,
+    ActionClaim,
+    Claim,
+    HintClaim,
+    Moment,
+    PlanClaim,
+    Scope,
+    Verdict,
+    claim,
+    opposed,
+    slot,
+)
 from teachers.rules import TownRule
 from teachers.spec import Range
 from teachers.words import article, listed
@@ -260,7 +277,7 @@ class Go(ActionClaim[Truth, Gridworld]):
 
 
 @claim
-class Either(Claim[Truth, Gridworld]):
+class Either(HintClaim[Truth, Gridworld]):
     """True if one of these directions begins a shortest path to a treasure not yet found."""
 
     kind = FP
@@ -271,6 +288,10 @@ class Either(Claim[Truth, Gridworld]):
     def holds(self, moment: Moment[Truth], lab: Gridworld) -> bool:
         """Make the moves and measure by breadth-first search."""
         return not moment.after.found and any(_gain(lab, moment.after, way) > 0 for way in self.ways)
+
+    @override
+    def leaves(self, action: Direction) -> bool:
+        return action in self.ways
 
 
 @claim

@@ -74,6 +74,7 @@ class ParkingOracle(Oracle[Truth, Parking]):
     """
 
     max_importance = _LOST
+    least_gain = _WASTE
 
     def start(self, truth: Truth) -> None:
         """Forget the paths of the last episode."""

@@ -5,6 +5,7 @@ A file of a model that ends with `broken` is refused. Requests are written besid
 
 import json
 import os
+import re
 import threading
 import time
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -48,9 +49,14 @@ class Server:
                 if words > longest:
                     said = f"request ({words} tokens) exceeds the available context size ({longest} tokens)"
                     return self.reply(400, {"error": {"message": said, "type": "exceed_context_size_error"}})
-                told = request["messages"][-1]["content"].partition("You observe")[0]
+                told = request["messages"][-1]["content"]
+                if "Your action?" in told:
+                    told = "".join(re.findall(r"^Teacher: (.*)", told, re.MULTILINE)[-1:])
                 way = [word for word in MOVES if word in told] or ["north"]
-                message = {"role": "assistant", "content": f"Response: {way[0]}"}
+                said = {"thought": "so", "action": way[0]} if "response_format" in request else f"Response: {way[0]}"
+                if "Say hello." in body.decode():  # the trial of a schema
+                    said = {"word": "kelvin", "number": "-1.50"}
+                message = {"role": "assistant", "content": said if isinstance(said, str) else json.dumps(said)}
                 usage = {"prompt_tokens": words, "completion_tokens": 2, "total_tokens": words + 2}
                 return self.reply(200, {
                     "model": "scripted", "usage": usage,

@@ -10,7 +10,7 @@ from importlib.metadata import requires
 from statistics import mean
 
 import pytest
-from endpoints import obey
+from endpoints import heard, obey
 from inspect_ai import eval as play_tasks
 from inspect_ai import eval_set
 from inspect_ai.log import list_eval_logs, read_eval_log
@@ -60,7 +60,7 @@ def test_environments_of_the_registry_are_played(tmp_path):
     """One whose teacher knows values, and one whose teacher knows none."""
 
     def walk(request):
-        told = request["messages"][-1]["content"].partition("You observe")[0].lower()
+        told = heard(request).lower()
         return next((word for word in re.findall(r"[a-z]+", told) if word in ("left", "down", "right", "up")), "left")
 
     lake = TASKS["gym"](ids="gym:FrozenLake-v1", options={"is_slippery": False}, seeds=2, feedback_type="fp")
@@ -93,15 +93,13 @@ def test_scores_are_those_of_a_study(tmp_path):
 
 def take_advice(request):
     """Obeys the last sentence but one, which advises where the last one warns."""
-    told, observed, rest = request["messages"][-1]["content"].partition("You observe")
-    advice = " ".join(re.split(r"(?<=[.!]) ", told.strip())[:-1])
-    return obey({"messages": [{"content": advice + observed + rest}]})
+    advice = " ".join(re.split(r"(?<=[.!]) ", heard(request).strip())[:-1])
+    return obey({"messages": [{"content": f"Teacher: {advice}"}]})
 
 
 def pull_what_was_named(request):
     """The arm that the last words name last, or the first."""
-    said = re.split("You observe|What do you do in turn", request["messages"][-1]["content"])[0]
-    arms = re.findall(r"\b\d\b", said)
+    arms = re.findall(r"\b\d\b", heard(request))
     return f"Response: {arms[-1] if arms else 0}"
 
 

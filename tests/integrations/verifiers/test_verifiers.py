@@ -94,7 +94,7 @@ def test_a_model_may_teach(home):
     assert all(turn["feedback"].startswith("Listen! ") and turn["atoms"] == [] for turn in turns)
     asked = [request["messages"] for request in endpoint.requests]
     assert "The student was told this:" in asked[1][0]["content"]
-    assert "The teacher says: Listen!" in asked[2][-1]["content"]
+    assert "Teacher: Listen!" in asked[2][-1]["content"]
 
 
 def test_a_limit_of_verifiers_ends_the_episode(home):

@@ -61,7 +61,7 @@ REFUSED = [
     *("NaN", "nan", "Infinity", "-Infinity", "inf", "1e400", "-1e400", "1e3", "0.0", "1.0", "0.5", "1e0", "-0.0"),
     *("-1", "99", "9" * 30, "9" * 900, "9" * 5000, "-" + "9" * 900),
     *("true", "false", "null", "True", "None", '{"action": true}', '{"action": null}'),
-    *("+0", "00", "0x0", "0b0", "1_0", "0 1", "0;1", "#0", "$0", "0 # arm"),
+    *("+0", "00", "0x0", "0b0", "1_0", "0 1", "0;1", "$0", "0 # arm"),
     *("\u0660", "\u0967", "\uff11", "\u00b9", "\u2460", "\U0001d7cf", "1\u0660", "\u0c67"),
     *("[]", "()", "(", ")", "[0, 1]", "[0", "{}", "{", "}", '"jump"'),
     *('{"action": {}}', '{"action": "jump"}', '{"action": 1.0}'),
@@ -70,7 +70,6 @@ REFUSED = [
     # Would be actions, or worse, if anything evaluated them.
     *("__import__('os').system('echo ran')", "exec('1')", "1 if True else 0", "lambda: 0", "int('0')", "0 or 1", "0+0"),
     *("\x00", "0\x00", "\x1b[31m0", "\ud800", "0\ud800", "\u202e0", "\\u0030"),
-    "Response: 0\nThought: or rather not",
     "Response: 0 Response: jump",
 ]
 
@@ -142,7 +141,6 @@ class Anything(Bandit):
         ('{"action": "snow"}', "snow"),
         ("0", "0"),
         ("", ""),
-        ("Response:", ""),
         ("caf\u00e9 \u2014 \U0001f525", "caf\u00e9 \u2014 \U0001f525"),
         ("x" * 10_000, "x" * 10_000),
     ],
@@ -151,7 +149,7 @@ def test_a_text_that_is_the_action_is_taken_as_it_is(text, poem):
     assert parse_action(text, POEM) == poem
 
 
-@pytest.mark.parametrize("text", ["\x00", "snow\x07", "x" * 10_001, "Response: snow\x1b"])
+@pytest.mark.parametrize("text", ["\x00", "snow\x07", "x" * 10_001, "Response: snow\x1b", "Response:"])
 def test_a_text_that_is_no_poem_is_refused(text):
     assert type(parse_action(text, POEM)) is ParseFailure
     assert type(legal_text(text, POEM)) is ParseFailure or text.startswith("Response")
@@ -166,8 +164,9 @@ def test_a_text_given_as_it_is_has_no_marker():
     [
         ("jump", "jump"),
         ("", ""),
-        ("a\nb\tc\x00d", "a b c d"),
-        ("\ud800\u202e", "  "),
+        ("\n a\tb\x00c\nd", "a\\tb\\x00c"),
+        ("\ud800\u202e", "\\ud800\\u202e"),
+        ("\x00" * 99, "\\x00" * 19 + "\\..."),
         ("x" * 80, "x" * 80),
         ("x" * 81, "x" * 77 + "..."),
         ("x" * 10**6, "x" * 77 + "..."),
@@ -295,6 +294,15 @@ def test_a_huge_text_returns(name):
             assert type(check(answer, world)) is ParseFailure or isinstance(world.action_space, spaces.Text), piece
 
 
+@pytest.mark.parametrize("name", WORLDS)
+@pytest.mark.parametrize("nested", [("[", "]"), ('{"action": ', "}"), ("(", ")"), ("{'a': [", "]}")])
+def test_deep_brackets_are_no_error(name, nested):
+    for depth in (50, 400, 700, 950, 3000):
+        text = f"{nested[0] * depth}0{nested[1] * depth}"
+        for answer in (text, f"Response: {text}", f"north {text}", f"```json\n{text}"):
+            check(answer, WORLDS[name])
+
+
 SLOW = [
     *HUGE,
     "```\n",
@@ -326,7 +334,7 @@ def test_no_text_takes_long(name):
 
 def test_the_answer_behind_many_markers_is_found():
     assert check("Response: " * 10_000 + "north", HOUSE) == 0
-    assert check("x" * 100_000 + "Response: 3", HOUSE) == 3
+    assert check("x" * 100_000 + " Response: 3", HOUSE) == 3
 
 
 @pytest.mark.parametrize("world", [Gridworld(), Bandit(), Poem()], ids=lambda world: type(world).__name__)

@@ -12,7 +12,8 @@ from llf_teacher.studies.report.parts.part import Part
 def _values(data: Data) -> Mapping[str, Any] | None:
     with columns(data.store, data.planned) as there:
         found = there.answers()
-    return {"found": found, "many": MANY} if found else None
+    forms = {spent["model"]: spent["form"] for spent in data.manifest.get("llm", ()) if "form" in spent}
+    return {"found": found, "many": MANY, "forms": forms} if found else None
 
 
 PART = Part("models", _values, "Language models")

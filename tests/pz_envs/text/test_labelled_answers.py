@@ -1,0 +1,62 @@
+"""Answers of models, each with the action that a reader sees: nearly all are read as it, and none as another.
+
+A line has the family, the answer, the action (null: a reader sees none) and, where readers may differ, what else they
+may see (`also`). Those of `written` are in the manner of larger models, or adversarial. `attack.jsonl` was labelled
+when the rule stood: 104 of its 108 clear actions were read, and one story as an action, before a few words were added.
+"""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from pz_envs.family import own_families
+from pz_envs.text.action_parsing import names_any
+from pz_envs.text.actions import NOTHING, parse_action
+from teachers.atoms import ParseFailure
+
+LEAST = 0.98
+"""Least share of the answers with one clear action that are read as it."""
+FOLDER = Path(__file__).with_name("answers")
+SETS = {path.stem: [*map(json.loads, path.read_text(encoding="utf-8").splitlines())] for path in FOLDER.glob("*.jsonl")}
+WORLDS = {each.name: each.make_world(**each.environments[each.showcase[0]]) for each in own_families()}
+for world in WORLDS.values():
+    world.reset(seed=0)
+
+
+def seen(row):
+    """What a reader may see: actions in canonical form, or None."""
+    world = WORLDS[row["family"]]
+    return [None if each is None else world.legal(each) for each in (row["action"], *row.get("also", ()))]
+
+
+def read(row):
+    action = parse_action(row["answer"], WORLDS[row["family"]])
+    return None if type(action) is ParseFailure else action
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_what_a_reader_sees_is_read(name):
+    clear = [row for row in SETS[name] if None not in seen(row)]
+    missed = [row for row in clear if read(row) is None]
+    print(f"{name}: {len(clear) - len(missed)} of {len(clear)} clear actions are read")
+    assert len(clear) - len(missed) >= LEAST * len(clear), missed
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_nothing_is_read_as_another_action(name):
+    assert [(row, read(row)) for row in SETS[name] if read(row) is not None and read(row) not in seen(row)] == []
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_a_failure_quotes_a_short_line_of_the_answer(name):
+    for row in SETS[name]:
+        failure = parse_action(row["answer"], WORLDS[row["family"]])
+        if type(failure) is ParseFailure:
+            assert len(failure.got) <= 80
+            assert failure.got.isprintable()
+            assert (
+                failure.why != NOTHING
+                or not names_any(row["answer"][:300], WORLDS[row["family"]])
+                or ":" in failure.got
+            )
