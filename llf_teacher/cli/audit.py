@@ -329,6 +329,8 @@ def _print(found: list["Audit"]) -> None:
             "Bits of feedback in a turn and in a word, regret of the next action that it saves in a turn and by a bit; "
             "> where some claims say at least so much."
         )
+    if reworded := sum(each.reworded for each in found):
+        console.print(f"{reworded:,} sentences are no shipped paraphrase of their claim; nobody checked these words.")
     if changes:
         console.print("Changed: sentences in which the voice changed a number or a name.")
     for each in found:
