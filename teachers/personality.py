@@ -31,7 +31,6 @@ __all__ = [
     "Stage",
     "View",
     "check_served",
-    "in_turn",
     "parse_personality",
     "personality",
     "stages_of",

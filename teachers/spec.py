@@ -255,10 +255,9 @@ class Registry(Generic[S]):
             names = [name for name, each in vars(module).items() if self._fits(each) and each is not self._base]
             where = f"{self._what} in {module.__name__}"
             raise ValueError(f"{self._what} {call.path!r}: {unknown(where, call.name, names)}")
-        made: S = call.make(self._what, cls)
-        return made
+        return call.make(self._what, cls)
 
-    def _fits(self, value: Any) -> bool:
+    def _fits(self, value: Any) -> TypeGuard[type[S]]:
         """Whether it is a class of the registry's kind."""
         return isinstance(value, type) and issubclass(value, self._base)
 

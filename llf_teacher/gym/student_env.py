@@ -51,8 +51,8 @@ class StudentEnv(SeatEnv):
         self.privileged_info = self.settings.privileged_info
         view = self.student_view
         self._info = self._privileged if self.privileged_info else view.info
-        self._lab = self.session.world.scratch() if self.privileged_info else None
-        self._moments: list[Moment[Any] | None] = []  # None: a turn that was played elsewhere and is not known
+        self._lab = self.session.world.scratch() if self.privileged_info else self.session.world  # for checks
+        self._moments: list[Moment[Any]] = []  # by turn; another turn's where one was played elsewhere
         self._numbers = view.numbers is not None
         self._asks = self.session.ask_cost is not None
         self.action_space = view.action_space
@@ -129,7 +129,9 @@ class StudentEnv(SeatEnv):
         See `Session.resume_from`.
         """
         self.session.resume_from(moment, terminated, past)
-        self._moments = [*(past if len(past) == moment.turn else [None] * moment.turn), moment]
+        self._moments = [moment] * (moment.turn + 1)
+        for each in past:
+            self._moments[each.turn] = each
         self._speak()
         self._running = not moment.over
 
@@ -158,9 +160,10 @@ class StudentEnv(SeatEnv):
         """Whether each claim of the last turn is true; None: neither, as of a hedge, or it cannot be checked."""
         moment, oracle = self.session.moment, self.session.teacher.oracle
         self._moments[moment.turn :] = [moment]
+        known = (self._moments[atom.about_turn].turn == atom.about_turn for atom in atoms)
         labels = [
-            Label.UNCHECKED if self._moments[atom.about_turn] is None else atom.label(self._moments, self._lab, oracle)
-            for atom in atoms
+            atom.label(self._moments, self._lab, oracle) if there else Label.UNCHECKED
+            for atom, there in zip(atoms, known, strict=True)
         ]
         return tuple(VERDICTS[label].holds if label in VERDICTS else None for label in labels)
 
