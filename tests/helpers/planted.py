@@ -18,7 +18,7 @@ GRID, BANDIT, LOSS = "llf-gridworld-v0", "llf-bandits-BanditTenArmedRandomFixed-
 YES, NO, OPEN = "yes", "no", "not decided"
 
 
-@personality
+@personality()
 def Grudge(claims, view, rng, *, after: int = 2):  # noqa: N802 (a class)
     """A teacher of the tests' own."""
     return claims

@@ -73,6 +73,8 @@ class Section:
     """How to test differences; None before the first test."""
     named: Mapping[str, str]
     """The name of each teacher and student, by spec."""
+    asked: tuple[str, ...] = ()
+    """The teachers that the study asks about, then a user's own: their transcripts come first."""
     chosen: tuple[EpisodeSpec, ...] | None = None
     """Episodes that the study selects for transcripts; None: the report chooses."""
 
@@ -230,30 +232,19 @@ class Section:
         """The sums of a teacher with a student, by setting."""
         return {each: s for each, s in self.sums.items() if (each.teacher, each.student) == (teacher, student)}
 
-    @cached_property
-    def contrast(self) -> tuple[str, ...]:
-        """The teachers of the two transcripts: those whose claims hold most often and least often.
-
-        Among equals, the first has the least regret of `reader`, the second the greatest. If only one teacher has
-        played, it is that one.
-        """
-        ranks = {}
-        for teacher in self.grid.teachers:
-            if taught := list(self.taught(teacher, self.reader).values()):
-                regret = added(taught, "regret") / sum(each.episodes for each in taught)
-                false = share(taught, "distorted", "claims")
-                ranks[teacher] = (None if false is None else 1 - false, -regret)
-        spoke = [teacher for teacher, (held, _) in ranks.items() if held is not None] or list(ranks)
-        order = sorted(spoke, key=lambda teacher: ranks[teacher], reverse=True)
-        return tuple(dict.fromkeys((order[0], order[-1])))
+    @property
+    def arms(self) -> list[str]:
+        """The teachers that have taught `reader`, those of `asked` first."""
+        order = dict.fromkeys((*self.asked, *self.grid.teachers))
+        return [teacher for teacher in order if self.taught(teacher, self.reader)]
 
     @property
     def transcripts(self) -> list[EpisodeSpec]:
-        """The episodes that the study chooses, else the first episode of `reader` with each teacher of `contrast`."""
+        """The episodes that the study chooses, else the first episode of `reader` with each teacher."""
         if self.chosen is not None:
             return list(self.chosen)
         found = []
-        for teacher in self.contrast:
+        for teacher in self.arms:
             setting, sums = min(self.taught(teacher, self.reader).items())
             found.append(setting._replace(seed=sums.first))
         return found
