@@ -19,18 +19,43 @@ WorldT = TypeVar("WorldT", bound=World[Any], default=Any)
 
 
 class FeedbackType(StrEnum):
-    """The five kinds of feedback of the LLF paper, in speaking order."""
+    """The five kinds of feedback of the LLF paper, in speaking order.
 
-    R = "r"
+    A kind is its code as a string; it equals its word, too, and both name it: `FeedbackType("praise")` is `HP`. Its
+    hash is that of the code, so that a set or a dictionary of strings finds it by the code alone.
+    """
+
+    word: str
+    """The kind in a word, as reports and pages say it."""
+
+    def __new__(cls, code: str, word: str) -> Self:
+        """Make a kind of its code and its word."""
+        kind = str.__new__(cls, code)
+        kind._value_, kind.word = code, word
+        return kind
+
+    R = "r", "reward"
     """How well it went: the reward."""
-    HP = "hp"
+    HP = "hp", "praise"
     """Hindsight positive: what was good about the last action."""
-    HN = "hn"
+    HN = "hn", "blame"
     """Hindsight negative: what was bad about it."""
-    FP = "fp"
+    FP = "fp", "advice"
     """Future positive: what to do next."""
-    FN = "fn"
+    FN = "fn", "warning"
     """Future negative: what to avoid next."""
+
+    @classmethod
+    def _missing_(cls, value: object) -> "FeedbackType | None":
+        return next((kind for kind in cls if kind.word == value), None)
+
+    def __eq__(self, other: object) -> bool:
+        return self is other or str.__eq__(self, other) is True or (type(other) is str and other == self.word)
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
+
+    __hash__ = str.__hash__
 
 
 KINDS = tuple(FeedbackType)

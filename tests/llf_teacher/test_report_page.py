@@ -62,10 +62,14 @@ def test_findings_come_first_and_are_computed(html, path):
     assert "Most helpful" not in text
 
 
-def test_with_too_few_seeds_findings_say_so_first(path):
+def test_with_too_few_seeds_findings_say_so_at_once(path):
     few = Study(**{**STUDY.as_dict(), "seeds": 4})
     text = told(render(Store(path), few))
-    assert text.index("Too few seeds. With 4 seeds and 2 primary comparisons the smallest possible p is 0.25") < 70
+    assert re.search(
+        r"Over 2 families whether obedient loses more with oracle or with silent is not decided", text[:200]
+    )
+    assert "Not decided: 4 seeds are too few for any difference to be significant." in text
+    assert "Too few seeds. With 4 seeds and 2 primary comparisons the smallest possible p is 0.25" in text
     assert "It takes at least 7 seeds." in text
     assert "No difference is supported." in text
     assert "Needed: of the 2 open comparisons the nearest, oracle for obedient" in text
@@ -113,7 +117,7 @@ def test_policy_allows_the_pages_own_style_and_script_only(html):
 
 def test_each_figure_has_its_data_and_leads_to_its_transcripts(html, path):
     figures = re.findall(r'<figure id="([^"]*)">(.*?)</figure>', html, re.DOTALL)
-    assert len(figures) == 6
+    assert len(figures) == 7
     for name, figure in figures:
         address = re.search(rf'download="{name}.csv" href="data:text/csv;charset=utf-8,([^"]*)"', figure)[1]
         rows = list(csv.DictReader(io.StringIO(unquote(address.replace("&#39;", "'").replace("&amp;", "&")))))
@@ -178,5 +182,6 @@ def test_the_terminal_has_the_findings_of_the_page(tmp_path):
     html = unescape(re.sub(r"<[^>]+>", "", (tmp_path / "llf-study.html").read_text(encoding="utf-8")))
     assert listed
     assert all(" ".join(line.split()) in " ".join(html.split()) for line in listed)
-    assert re.search(r"oracle +. +text_only +. +[01]\.\d\d ", result.stderr)
+    assert re.search(r"oracle +. +text_only +. +-\d\.\d\d .* [01]\.\d\d ", result.stderr)
+    assert listed[0].startswith("text_only loses less with oracle than with silent: ")
     assert result.stderr.rstrip().endswith("llf-study.html")

@@ -174,7 +174,8 @@ class Section:
                 draw=lambda width: dot_plot(*names, success, regret, unit, width),
                 columns=("teacher", "student", "seeds", *_ends("success"), *_ends("regret")),
                 rows=[
-                    (*pair, self.regret[pair].n, *self.success[pair][:3], *self.regret[pair][:3]) for pair in self.cells
+                    (*map(called, pair), self.regret[pair].n, *self.success[pair][:3], *self.regret[pair][:3])
+                    for pair in self.cells
                 ],
             ),
             Plot(
@@ -183,7 +184,7 @@ class Section:
                 draw=lambda width: curve_plot(labels, tuple(map(called, self.drawn)), unit, width),
                 columns=("student", "teacher", "turn", *_ends("regret")),
                 rows=[
-                    (student, teacher, turn, *map(float, at))
+                    (called(student), called(teacher), turn, *map(float, at))
                     for student, bands in panels.items()
                     for teacher, band in bands.items()
                     if teacher in self.drawn
