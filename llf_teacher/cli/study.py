@@ -385,18 +385,27 @@ def _print_findings(console: Console, data: "Data") -> None:
     for finding in findings(data):
         console.print(f"- {finding}")
     several = len(data.units) > 1
-    columns = ("teacher", "student", *([] if several else ["more regret"]), "score", "95 %", "p", "seeds")
-    table = Table(*columns, title=f"Against {data.called(data.study.baseline)}")
+    table = Table()
+    for column in (
+        "teacher",
+        "against",
+        "student",
+        *([] if several else ["more regret"]),
+        "score",
+        "95 %",
+        "p",
+        "seeds",
+    ):
+        table.add_column(column, overflow="fold")
     ranked = [each for each in findings_part.ranked(data) if each.declared]
     for each in ranked[:_SHOWN]:
-        estimate, tested = each.score.estimate, data.test is not None
+        estimate, compared = each.score.estimate, each.compared
+        names = map(data.called, (compared.teacher, compared.other, compared.student))
         more = [] if several else [each.differences[0].text(2)]
         score = f"{each.mean:.2f}" if each.ratio else "none"
         interval = f"[{estimate.low:.2f}, {estimate.high:.2f}]" if each.ratio and not estimate.why else ""
-        names = (
-            escape_control_chars(name) for name in (findings_part.arms(data, each), data.called(each.compared.student))
-        )
-        table.add_row(*names, *more, score, interval, p_words(each.score.p) if tested else "", f"{estimate.n}")
+        p = p_words(each.score.p) if data.test else ""
+        table.add_row(*map(escape_control_chars, names), *more, score, interval, p, f"{estimate.n}")
     if ranked:
         console.print(table)
     if len(ranked) > _SHOWN:

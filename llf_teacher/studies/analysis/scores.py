@@ -5,7 +5,7 @@ is the mean of these over the families that were played with it: 0 is no differe
 0.5 a third of the other's regret. Swapping both teachers, in all seeds or in one, keeps the scale and only flips the
 sign of the score. So sign flips are exchangeable if the teachers are alike.
 
-A score says how much only where the other teacher leaves regret: beside one that leaves almost none, every teacher
+A score says how much only where the other teacher leaves regret: against one that leaves almost none, every teacher
 scores about -1. `has_ratio` is the rule; where it fails, differences are given in the family's unit alone.
 """
 
@@ -18,8 +18,8 @@ from llf_teacher.studies.analysis.contrasts import can_differ
 from llf_teacher.studies.analysis.outcomes import Endings, Group, Numbers, Outcomes, paired
 
 RATIO, ERRORS = 0.05, 2.0
-"""A score needs a mean regret with the other teacher of at least this share of the first one's, and of at least so many
-of its own standard errors."""
+"""A score needs a mean regret with the other teacher of at least this share of the first one's, and a mean sum of both
+of at least so many of its standard errors."""
 
 
 class Compared(NamedTuple):
@@ -50,9 +50,10 @@ def symmetric(own: Numbers, other: Numbers) -> Numbers:
 
 def has_ratio(own: Numbers, other: Numbers) -> bool:
     """Whether the mean of the other regrets is well away from 0, so that a share of it has a meaning."""
-    size = np.abs(other)
-    mean, error = size.mean(), size.std(ddof=1) / np.sqrt(len(size)) if len(size) > 1 else 0.0
-    return bool(mean > 0 and mean >= RATIO * np.abs(own).mean() and mean >= ERRORS * error)
+    mine, size = np.abs(own), np.abs(other)
+    error = (mine + size).std(ddof=1) / np.sqrt(len(size)) if len(size) > 1 else 0.0
+    mean, least = size.mean(), RATIO * mine.mean()
+    return bool(mean > 0 and mean >= least and mine.mean() + mean >= ERRORS * error)
 
 
 def pairs(found: Outcomes, baseline: str, compare: Iterable[Sequence[str]] = ()) -> Pairs:

@@ -42,16 +42,14 @@ def _text(data: Data, each: Primary, said: Finding) -> str:
     typed = len({(p.compared.instruction_type, p.compared.feedback_type) for p in data.primary}) > 1
     types = f" ({type_words(compared.instruction_type, compared.feedback_type)})" if typed else ""
     way = "less" if each.mean > 0 else "more"
-    more = f"{student}{types} loses {way} with {one} than with {other}"
+    over = f"Over {len(each.families)} families " if len(each.families) > 1 else ""
     if said.evidence is Evidence.YES:
-        head = more
+        head = f"{over}{student}{types} loses {way} with {one} than with {other}"
     elif said.evidence is Evidence.NO:
-        head = f"{student}{types} loses as much with {one} as with {other}"
+        head = f"{over}{student}{types} loses as much with {one} as with {other}"
     else:
-        head = f"Whether {student}{types} loses more with {one} or with {other} is not decided"
-    families = [group.family for group in each.families]
-    if len(families) > 1:
-        head = f"Over {len(families)} families {head if head.startswith(student) else head[0].lower() + head[1:]}"
+        over = f", {over.strip().lower()}," if over else ""
+        head = f"Whether {student}{types} loses more with {one} or with {other}{over} is not decided"
     if said.against and said.along:
         head = f"It depends on the family: {_both_ways(each, said, one, other)}. {head}"
     elif said.against and said.evidence is Evidence.YES:
@@ -104,7 +102,10 @@ def _by_family(data: Data, each: Primary) -> str:
     if lacking:
         where = f" in {listed(lacking, 'and')}" if len(each.families) > 1 else ""
         names = map(data.called, (each.compared.other, each.compared.teacher))
-        text += " There is no score, since regret with {} is about 0 beside that with {}".format(*names) + f"{where}."
+        text += (
+            " There is no score, since regret with {} is not well away from 0 beside that with {}".format(*names)
+            + f"{where}."
+        )
     return text
 
 

@@ -1,7 +1,8 @@
 """The findings of a study: its answers, its primary test, the largest surprise, and the seeds that are still needed.
 
-A difference is a surprise if it contradicts the accounts of the teachers: the teacher with the greater share of true,
-timely claims minus distorted ones should be better, and teachers with equal shares should not differ.
+A difference is a surprise if it contradicts the accounts of the teachers: the teacher that makes more true, timely
+claims a turn, less the distorted ones, should be better, and teachers that make as many should not differ. So it is no
+surprise that a teacher that says less saves less.
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,11 +19,11 @@ from llf_teacher.studies.report.section import share
 from teachers.atoms import Label
 from teachers.words import type_words
 
-_ALIKE = 0.1  # with a smaller difference of shares no effect is expected
+_ALIKE = 0.1  # with a smaller difference, as a share of the greater number of claims, no effect is expected
 
 
-class ClaimShares(NamedTuple):
-    """Shares of a teacher's claims, 0 to 1."""
+class ClaimRates(NamedTuple):
+    """A teacher's claims in a turn of the student, on average."""
 
     truthful: float
     """True and in time."""
@@ -31,16 +32,16 @@ class ClaimShares(NamedTuple):
 
     @property
     def worth(self) -> float:
-        """The expected value of a claim, -1 to 1."""
+        """True, timely claims less distorted ones."""
         return self.truthful - self.distorted
 
 
 class Surprise(NamedTuple):
-    """A significant comparison that contradicts the shares of claims."""
+    """A significant comparison that contradicts what the teachers say."""
 
     found: Primary
-    teacher: ClaimShares
-    baseline: ClaimShares
+    teacher: ClaimRates
+    baseline: ClaimRates
 
 
 class Needed(NamedTuple):
@@ -106,7 +107,7 @@ def _tally(primary: Sequence[Primary], significant: Sequence[Primary]) -> Tally:
     return Tally(len(primary), better, len(significant) - better)
 
 
-def said(data: Data, teacher: str, like: Primary) -> ClaimShares:
+def said(data: Data, teacher: str, like: Primary) -> ClaimRates:
     """The account of a teacher's claims to the student of a comparison."""
     mine = [
         each
@@ -114,8 +115,8 @@ def said(data: Data, teacher: str, like: Primary) -> ClaimShares:
         if (teacher, *like.compared[1:4], 0)
         == (setting.teacher, setting.student, setting.instruction_type, setting.feedback_type, setting.lessons)
     ]
-    truthful, distorted = (share(mine, label, "claims") or 0.0 for label in (Label.TRUTHFUL, Label.DISTORTED))
-    return ClaimShares(truthful, distorted)
+    truthful, distorted = (share(mine, label, "turns") or 0.0 for label in (Label.TRUTHFUL, Label.DISTORTED))
+    return ClaimRates(truthful, distorted)
 
 
 def _surprise(data: Data, significant: Sequence[Primary]) -> Surprise | None:
@@ -124,7 +125,8 @@ def _surprise(data: Data, significant: Sequence[Primary]) -> Surprise | None:
     for each in significant:
         one, other = said(data, each.compared.teacher, each), said(data, each.compared.other, each)
         expected = one.worth - other.worth
-        if abs(expected) < _ALIKE or expected * each.mean < 0:
+        alike = abs(expected) <= _ALIKE * max(abs(one.worth), abs(other.worth))
+        if alike or expected * each.mean < 0:
             found.append(Surprise(each, one, other))
     return max(found, key=lambda surprise: abs(surprise.found.mean), default=None)
 
