@@ -18,6 +18,9 @@ WorldT = TypeVar("WorldT", bound=World[Any], default=Any)
 """The class of a world; `World[Any]` by default."""
 
 
+_WORDS = {"r": "reward", "hp": "praise", "hn": "blame", "fp": "advice", "fn": "warning"}
+
+
 class FeedbackType(StrEnum):
     """The five kinds of feedback of the LLF paper, in speaking order.
 
@@ -25,25 +28,21 @@ class FeedbackType(StrEnum):
     hash is that of the code, so that a set or a dictionary of strings finds it by the code alone.
     """
 
-    word: str
-    """The kind in a word, as reports and pages say it."""
-
-    def __new__(cls, code: str, word: str) -> Self:
-        """Make a kind of its code and its word."""
-        kind = str.__new__(cls, code)
-        kind._value_, kind.word = code, word
-        return kind
-
-    R = "r", "reward"
+    R = "r"
     """How well it went: the reward."""
-    HP = "hp", "praise"
+    HP = "hp"
     """Hindsight positive: what was good about the last action."""
-    HN = "hn", "blame"
+    HN = "hn"
     """Hindsight negative: what was bad about it."""
-    FP = "fp", "advice"
+    FP = "fp"
     """Future positive: what to do next."""
-    FN = "fn", "warning"
+    FN = "fn"
     """Future negative: what to avoid next."""
+
+    @property
+    def word(self) -> str:
+        """The kind in a word, as reports and pages say it."""
+        return _WORDS[self]
 
     @classmethod
     def _missing_(cls, value: object) -> "FeedbackType | None":

@@ -26,7 +26,7 @@ class Evidence(StrEnum):
     OPEN = "not decided"
 
 
-class Finding(NamedTuple):
+class PairEvidence(NamedTuple):
     """What the data say about a comparison."""
 
     evidence: Evidence
@@ -39,7 +39,7 @@ class Finding(NamedTuple):
     """The other families with a significant difference."""
 
 
-def finding(each: Primary, comparisons: int, test: Test | None, pairs: Pairs) -> Finding:
+def finding(each: Primary, comparisons: int, test: Test | None, pairs: Pairs) -> PairEvidence:
     """What the data say about a primary comparison.
 
     Args:
@@ -49,22 +49,24 @@ def finding(each: Primary, comparisons: int, test: Test | None, pairs: Pairs) ->
         pairs: the outcomes of all comparisons.
     """
     if test is None:
-        return Finding(Evidence.OPEN, "nothing is tested before all episodes have been played", (), ())
+        return PairEvidence(Evidence.OPEN, "nothing is tested before all episodes have been played", (), ())
     estimate, yes = each.score.estimate, each.score.p <= test.level
     less, more = _significant(each, test, pairs)
     against, along = (less, more) if not yes or each.mean < 0 else (more, less)
     if yes:
-        return Finding(Evidence.YES, "", against, along)
+        return PairEvidence(Evidence.YES, "", against, along)
     if min(1.0, comparisons * test.adjusted(least_p(estimate.n))) > test.level:
-        return Finding(Evidence.OPEN, f"{estimate.n} seeds are too few for any difference to be significant", (), ())
+        return PairEvidence(
+            Evidence.OPEN, f"{estimate.n} seeds are too few for any difference to be significant", (), ()
+        )
     same = estimate.why == "all equal" and not estimate.mean
     if same or -SMALL <= estimate.low <= estimate.high <= SMALL:
-        return Finding(Evidence.NO, "", against, along)
+        return PairEvidence(Evidence.NO, "", against, along)
     if estimate.why:
         why = f"the difference is not significant, and has no interval ({estimate.why})"
     else:
         why = "the difference is not significant, and the interval allows for one that is not small"
-    return Finding(Evidence.OPEN, why, against, along)
+    return PairEvidence(Evidence.OPEN, why, against, along)
 
 
 def _significant(each: Primary, test: Test, pairs: Pairs) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from llf_teacher.studies.analysis.evidence import Evidence, Finding, finding
+from llf_teacher.studies.analysis.evidence import Evidence, PairEvidence, finding
 from llf_teacher.studies.analysis.primary import Primary
 from llf_teacher.studies.analysis.scores import pairs
 from llf_teacher.studies.analysis.statistics import Estimate, p_words
@@ -14,16 +14,16 @@ MOST = 3
 """The greatest number of answers of a study that asks no question; of one that asks, all are given."""
 
 
-class Answer(NamedTuple):
+class PairAnswer(NamedTuple):
     """What a study says about two teachers of a student."""
 
     about: Primary
-    finding: Finding
+    finding: PairEvidence
     text: str
     """One or two sentences, with number, interval, n, and whether it is evidence."""
 
 
-def answers(data: Data) -> list[Answer]:
+def answers(data: Data) -> list[PairAnswer]:
     """The answers, in the order of `Study.compare`, or with a user's own teachers first."""
     primary = data.primary
     if not data.study.compare:
@@ -32,11 +32,11 @@ def answers(data: Data) -> list[Answer]:
     found = []
     for each in primary:
         said = finding(each, len(data.primary), data.test, there)
-        found.append(Answer(each, said, _text(data, each, said)))
+        found.append(PairAnswer(each, said, _text(data, each, said)))
     return found
 
 
-def _text(data: Data, each: Primary, said: Finding) -> str:
+def _text(data: Data, each: Primary, said: PairEvidence) -> str:
     called, compared = data.called, each.compared
     one, other, student = called(compared.teacher), called(compared.other), called(compared.student)
     typed = len({(p.compared.instruction_type, p.compared.feedback_type) for p in data.primary}) > 1
@@ -57,7 +57,7 @@ def _text(data: Data, each: Primary, said: Finding) -> str:
     return f"{head}: {_numbers(data, each)}. {_verdict(data, each, said)}{_by_family(data, each)}"
 
 
-def _both_ways(each: Primary, said: Finding, one: str, other: str) -> str:
+def _both_ways(each: Primary, said: PairEvidence, one: str, other: str) -> str:
     """Which teacher costs more where."""
     more, less = (
         (said.against, said.along) if said.evidence is Evidence.YES and each.mean > 0 else (said.along, said.against)
@@ -77,7 +77,7 @@ def _numbers(data: Data, each: Primary) -> str:
     return ", ".join([*parts, seeds, *([f"p {_p(each.score.p)}"] if data.test else [])])
 
 
-def _verdict(data: Data, each: Primary, said: Finding) -> str:
+def _verdict(data: Data, each: Primary, said: PairEvidence) -> str:
     if said.evidence is Evidence.YES:
         return "Is this evidence of a difference? Yes."
     if said.evidence is Evidence.OPEN:
