@@ -92,8 +92,11 @@ def test_the_question_stands_before_its_answer_and_own_teachers_before_others(tm
     planted = planted_study("no question is stated: her own teacher comes first")
     _, html = written(tmp_path, planted, question="Does <Grudge> help?")
     assert re.search(
-        r"<li><strong>Does &lt;Grudge&gt; help\?</strong> obedient loses less with planted:Grudge\(after=2\) than", html
+        r"<h1>Feedback study</h1>\s*<p class=\"lead\"><strong>Does &lt;Grudge&gt; help\?</strong> "
+        r"obedient loses less with planted:Grudge\(after=2\) than with silent: ",
+        html,
     )
+    assert html.count("obedient loses less with planted:Grudge(after=2) than with silent: ") == 1
     shown = re.findall(r"<summary><code>([^<]*)</code> teaches", html)
     assert shown == ["planted:Grudge(after=2)", "oracle", "mistake(eps=0.1)", "silent"]
     assert data_of(html, "findings-scores")[0]["teacher"] == "planted:Grudge(after=2)"
@@ -164,3 +167,15 @@ def test_names_show_the_strength_of_teachers_and_traits():
     }
     for spec in study.teachers:
         assert teacher_spec(study.named[spec]) == spec
+
+
+def test_no_is_not_said_before_the_last_analysis(tmp_path):
+    planted = planted_study("none, many seeds")
+    design = {"interim_analyses": {"at": [20, 40]}, "seeds": 40}
+    early = replace(planted, study=design, played=lambda spec: spec.seed < 20)
+    for each, evidence in ((early, OPEN), (replace(planted, study=design), NO)):
+        study = each.made()
+        with Store(filled(tmp_path / f"{evidence}.db", each.records(study))) as store:
+            (answer,) = answers(read(store, study))
+        assert answer.finding.evidence == evidence
+    assert "interim analysis" not in answer.text

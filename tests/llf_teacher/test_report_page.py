@@ -64,10 +64,9 @@ def test_findings_come_first_and_are_computed(html, path):
 
 def test_with_too_few_seeds_findings_say_so_at_once(path):
     few = Study(**{**STUDY.as_dict(), "seeds": 4})
-    text = told(render(Store(path), few))
-    assert re.search(
-        r"Over 2 families whether obedient loses more with oracle or with silent is not decided", text[:200]
-    )
+    html = render(Store(path), few)
+    text = told(html)
+    assert re.search(r"Whether obedient loses more with oracle or with silent, over 2 families, is not decided", html)
     assert "Not decided: 4 seeds are too few for any difference to be significant." in text
     assert "Too few seeds. With 4 seeds and 2 primary comparisons the smallest possible p is 0.25" in text
     assert "It takes at least 7 seeds." in text
@@ -182,6 +181,6 @@ def test_the_terminal_has_the_findings_of_the_page(tmp_path):
     html = unescape(re.sub(r"<[^>]+>", "", (tmp_path / "llf-study.html").read_text(encoding="utf-8")))
     assert listed
     assert all(" ".join(line.split()) in " ".join(html.split()) for line in listed)
-    assert re.search(r"oracle +. +text_only +. +-\d+\.\d\d .* [01]\.\d\d ", result.stderr)
+    assert re.search(r"oracle +. +silent +. +text_only +. +-\d+\.\d\d .* [01]\.\d\d ", result.stderr)
     assert listed[0].startswith("text_only loses less with oracle than with silent: ")
     assert result.stderr.rstrip().endswith("llf-study.html")

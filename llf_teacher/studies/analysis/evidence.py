@@ -3,7 +3,7 @@
 yes: the comparison is significant, adjusted for all primary comparisons and interim analyses.
 no: it is not, and the data exclude a difference that is not small: the 95 % interval of the score lies within `SMALL`
 of 0, or the regrets are the same in all seeds, which are enough for a test.
-not decided: all else; also before the test, and with too few seeds for one.
+not decided: all else; also before the test, at an interim analysis, and with too few seeds for a test.
 """
 
 from enum import StrEnum
@@ -55,6 +55,9 @@ def finding(each: Primary, comparisons: int, test: Test | None, pairs: Pairs) ->
     against, along = (less, more) if not yes or each.mean < 0 else (more, less)
     if yes:
         return PairEvidence(Evidence.YES, "", against, along)
+    if test.design and test.analysis < len(test.design.at):
+        why = f"the study goes on after interim analysis {test.analysis} of {len(test.design.at)}"
+        return PairEvidence(Evidence.OPEN, why, (), ())
     if min(1.0, comparisons * test.adjusted(least_p(estimate.n))) > test.level:
         return PairEvidence(
             Evidence.OPEN, f"{estimate.n} seeds are too few for any difference to be significant", (), ()

@@ -24,16 +24,20 @@ class PairAnswer(NamedTuple):
 
 
 def answers(data: Data) -> list[PairAnswer]:
-    """The answers, in the order of `Study.compare`, or with a user's own teachers first."""
+    """The answers, in the order of `Study.compare`, or with a user's own teachers and students first."""
     primary = data.primary
     if not data.study.compare:
-        primary = sorted(primary, key=lambda each: not is_own(each.compared.teacher))[:MOST]
+        primary = sorted(primary, key=_own_first)[:MOST]
     there = pairs(data.taught, data.study.baseline, data.study.compare)
     found = []
     for each in primary:
         said = finding(each, len(data.primary), data.test, there)
         found.append(PairAnswer(each, said, _text(data, each, said)))
     return found
+
+
+def _own_first(each: Primary) -> tuple[bool, bool]:
+    return not is_own(each.compared.teacher), not is_own(each.compared.student)
 
 
 def _text(data: Data, each: Primary, said: PairEvidence) -> str:

@@ -15,7 +15,7 @@ from llf_teacher.studies.analysis import statistics
 from llf_teacher.studies.analysis.contrasts import Test, can_differ, tested
 from llf_teacher.studies.analysis.estimators import curve_areas
 from llf_teacher.studies.analysis.statistics import Band, Difference, Estimate, Split, variance_split
-from llf_teacher.studies.definition.stored_specs import student_of
+from llf_teacher.studies.definition.stored_specs import is_own, student_of
 from llf_teacher.studies.definition.study import Grid
 from llf_teacher.studies.report.columns import Curves, Sums
 from llf_teacher.studies.report.figure import Plot
@@ -224,10 +224,13 @@ class Section:
 
     @cached_property
     def reader(self) -> str:
-        """The student of transcripts and examples: if possible one that reads words, otherwise atoms, otherwise any."""
+        """The student of transcripts and examples: if possible one that reads words, otherwise atoms, otherwise any.
+
+        Among equals a user's own comes first.
+        """
         there = {setting.student for setting in self.sums}
         played = [student for student in self.grid.students if student in there]
-        return min(played, key=lambda student: (*TAUGHT, reads(student)).index(reads(student)))
+        return min(played, key=lambda student: ((*TAUGHT, reads(student)).index(reads(student)), not is_own(student)))
 
     def taught(self, teacher: str, student: str) -> dict[EpisodeSpec, Sums]:
         """The sums of a teacher with a student, by setting."""
