@@ -1,6 +1,6 @@
 """One number per teacher over all families, with estimators for many tasks.
 
-A task is a student in a group of environments; a run is a seed, with the score of `primary.symmetric`:
+A task is a student in a group of environments; a run is a seed, with the score of `scores.symmetric`:
 the baseline's regret minus the teacher's, divided by the sum of both mean regrets.
 """
 
@@ -15,8 +15,8 @@ from llf_teacher.studies.analysis.estimators import (
     performance_profile,
     probability_of_improvement,
 )
-from llf_teacher.studies.analysis.outcomes import Endings, Outcomes
-from llf_teacher.studies.analysis.primary import pairs, symmetric
+from llf_teacher.studies.analysis.outcomes import Outcomes
+from llf_teacher.studies.analysis.scores import Both, pairs, symmetric
 from llf_teacher.studies.analysis.statistics import Estimate
 
 THRESHOLDS = np.linspace(-1, 1, 41)
@@ -40,7 +40,7 @@ class Overall(NamedTuple):
 
 def overall(found: Outcomes, baseline: str) -> Iterator[Overall]:
     """Every teacher under each instruction type and feedback type, in the order of their first outcomes."""
-    tasks: dict[tuple[str, str, str], list[tuple[Endings, Endings]]] = {}
+    tasks: dict[tuple[str, str, str], list[Both]] = {}
     for compared, families in pairs(found, baseline).items():
         key = compared.teacher, compared.instruction_type, compared.feedback_type
         tasks.setdefault(key, []).extend(families.values())
