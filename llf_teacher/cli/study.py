@@ -121,21 +121,32 @@ def run(
         str,
         typer.Option("--shard", help="Part of the episodes to play, such as 3/8; `llf study merge` merges the stores."),
     ] = "1/1",
+    replay_changed: Annotated[
+        bool,
+        typer.Option(
+            "--replay-changed", help="Play again the episodes whose teacher, student or world has changed since."
+        ),
+    ] = False,
+    keep_old: Annotated[
+        bool, typer.Option("--keep-old", help="Keep these episodes, and mark the report; without either the run stops.")
+    ] = False,
 ) -> None:
     """Play the episodes of FILE that the store lacks, and write the report.
 
     If episodes fail, the others are still played, and the exit status is 3.
     """
     from llf_teacher.studies.definition.study import load_study
+    from llf_teacher.studies.execution.changes import choice_of
     from llf_teacher.studies.execution.limits import Limits
     from llf_teacher.studies.execution.runner import RunOptions, asks_here, parse_shard
 
+    changed = choice_of(replay_changed, keep_old)
     limits = Limits(episode_seconds, turn_seconds, memory)
     study = load_study(file)
     if executor is None:
         waits = limits == Limits() and address is None and asks_here(study, study.students)
         executor = "threads" if waits else "processes"
-    options = RunOptions(executor, address, limits, parse_shard(shard), retry_failed, fail_fast)
+    options = RunOptions(executor, address, limits, parse_shard(shard), retry_failed, fail_fast, changed=changed)
     _run(study, store, report, workers, {} if llm_budget is None else {BUDGET: f"{llm_budget}"}, options)
 
 
@@ -159,6 +170,7 @@ def report(
 
 def check(file: Annotated[Path, typer.Argument(help="Store of a study.", exists=True, dir_okay=False)]) -> None:
     """Check that a store is complete and unchanged. Damage is printed, and the exit status is 1."""
+    from llf_teacher.studies.definition.fingerprints import mixed, mixed_words
     from llf_teacher.studies.store import Store
 
     with Store(file, read_only=True) as store:
@@ -168,6 +180,8 @@ def check(file: Annotated[Path, typer.Argument(help="Store of a study.", exists=
         if found:
             raise typer.Exit(1)
         typer.echo(f"{store.count} episodes, all as they were written.")
+        for name, numbers in mixed(store.definitions(), store.coded()).items():
+            errors.print(escape_control_chars(f"warning: {mixed_words(name, numbers)}"))
 
 
 def archive(
@@ -325,6 +339,7 @@ def _play_and_report(
 ) -> int:
     """Play a study and write its report; the exit status."""
     from llf_teacher.studies.analysis import costs
+    from llf_teacher.studies.execution.changes import specs_of, unseen
     from llf_teacher.studies.execution.progress import StudyProgress
     from llf_teacher.studies.execution.runner import EpisodeError, StudyError, play_missing
     from llf_teacher.studies.report import write_report
@@ -349,8 +364,9 @@ def _play_and_report(
         for line in costs.cost_lines(store):
             console.print(line)
         console.print(f"Played {played} episodes; {path} now has {store.count}.")
-        if not played and any(":" in spec for spec in (*study.teachers, *study.students)):
-            console.print("All were there: if the code of an agent has changed since, give another --store.")
+        if played < store.count:
+            for line in unseen(specs_of(study)):
+                console.print(escape_control_chars(line), highlight=False)
         if store.count:
             console.print("Writing the report ...")
             data = write_report(store, study, report)

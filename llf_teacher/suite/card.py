@@ -34,7 +34,7 @@ HEARD = 0.8
 """Least score that counts as the whole ability in words."""
 _WELL = {"obedient": "a scripted student that obeys", "reasoner": "a scripted student that reasons"}
 """References by the beginning of their spec, in plain words."""
-_LATER = ("answers", "left_out")
+_LATER = ("answers", "left_out", "mixed")
 """Fields that cards of earlier releases lack."""
 _COUNTED = ("episodes", "turns", "answers", "input_tokens", "output_tokens", "usd")
 _MOST = 1e12
@@ -134,6 +134,8 @@ class Card:
     versions: Mapping[str, str]
     left_out: Mapping[str, str] = field(default_factory=dict)
     """Experiments that the quick suite left out for want of time, each with the reason."""
+    mixed: Mapping[str, str] = field(default_factory=dict)
+    """Students and teachers whose code changed between the episodes, each with how many of each version."""
 
     @classmethod
     def of(
@@ -148,7 +150,7 @@ class Card:
     ) -> Self:
         """The card of scores, by name as what was asked, from the rows of episodes and failures of this and others.
 
-        Summaries of answers are by name, too. Settings are `suite`, `digest`, `key`, `quick` and `left_out`.
+        Summaries of answers are by name, too. Settings are `suite`, `digest`, `key`, `quick`, `left_out` and `mixed`.
         """
         played, failed = ([row for row in each if row["student"] == student] for each in (rows, lost))
         cost = {name: math.fsum(row.get(name) or 0 for row in played) for name in _COUNTED}
@@ -183,6 +185,10 @@ class Card:
         After the first comes a sentence for each ability with different results beside placebo and silence. Abilities
         in whose lessons many answers failed are not called missing; a sentence has them, and one what was answered.
         """
+        several = [f"Not one result: {words}." for words in self.mixed.values()]
+        return several + self._findings()
+
+    def _findings(self) -> list[str]:
         measured = [each for each in self.lines if each.score is not None]
         if not measured:
             return ["Nothing was measured.", *self._failed(), *self._not_asked()]

@@ -6,12 +6,16 @@ import types
 
 import gymnasium
 import pytest
+from commands import llf
 
 from llf_teacher.studies import load, run
 from llf_teacher.studies.definition.fingerprints import fingerprints
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.runner import RunOptions
 from llf_teacher.studies.store import StoreError
+from llf_teacher.studies.store.merging import merge
+from llf_teacher.suite import take
+from llf_teacher.suite.card import Card
 
 MOODS = '''
 """Moods."""
@@ -286,3 +290,85 @@ def test_what_a_notebook_defines_counts_without_the_code_that_runs_the_study(mon
 def test_an_unknown_choice_is_refused(tmp_path):
     with pytest.raises(ValueError, match="changed must be one of stop, replay, keep, got 'all'"):
         play(tmp_path / "s.db", "all", teachers=["silent"])
+
+
+FILE = """
+ids = ["llf-gridworld-v0"]
+teachers = ["moods:Grudge", "silent"]
+students = ["obedient"]
+max_turns = 3
+seeds = {}
+"""
+
+
+def test_the_command_line_stops_replays_or_keeps_and_marks_the_report(tmp_path, moods):
+    file, command = tmp_path / "mine.toml", ("study", "run", "mine.toml", "--executor", "here")
+    file.write_text(FILE.format(2))
+    assert llf(*command, cwd=tmp_path).returncode == 0
+    moods(helper_moods="import numpy\nSULKS = False")
+    file.write_text(FILE.format(3))
+    stopped = llf(*command, cwd=tmp_path)
+    assert stopped.returncode == 2
+    assert "moods:Grudge has changed since 2 episodes of this study, which the store has" in stopped.stderr
+    assert llf(*command, "--replay-changed", "--keep-old", cwd=tmp_path).returncode == 2
+    kept = llf(*command, "--keep-old", cwd=tmp_path)
+    assert kept.returncode == 0, kept.stderr
+    mark = "2 versions of moods:Grudge: its code changed between 2 and 1 episodes"
+    assert f"- Not one result: {mark}." in " ".join(kept.stderr.split())
+    assert "a run does not compare the installed packages numpy" in " ".join(kept.stderr.split())
+    (store,), (page,) = tmp_path.glob("*.db"), tmp_path.glob("*.html")
+    assert mark in page.read_text(encoding="utf-8")
+    checked = llf("study", "check", store, cwd=tmp_path)
+    assert (checked.returncode, mark in checked.stderr) == (0, True)
+    again = llf(*command, "--replay-changed", cwd=tmp_path)
+    assert again.returncode == 0, again.stderr
+    assert mark not in page.read_text(encoding="utf-8")
+    assert "Played 2 episodes" in again.stderr
+
+
+def test_shards_of_different_code_are_not_merged(tmp_path, moods):
+    play(tmp_path / "1.db").close()
+    moods(helper_moods="SULKS = False")
+    play(tmp_path / "2.db").close()
+    with pytest.raises(StoreError, match=r"2.db has other code of moods:Grudge than .*1.db \(changed: helper_moods\)"):
+        merge(tmp_path / "all.db", [tmp_path / "1.db", tmp_path / "2.db"])
+
+
+AGENT = """
+class Agent:
+    def reset(self, docstring):
+        pass
+    def act(self, observation, feedback):
+        return "{}"
+"""
+
+
+def test_the_suite_stops_replays_or_keeps_and_marks_the_card(tmp_path, moods):
+    store = tmp_path / "it.db"
+
+    def card(changed="stop"):
+        return take("moods:Agent", store, ["advice"], quick=True, workers=1, changed=changed)
+
+    moods(moods=AGENT.format(0))
+    first = card()
+    moods(moods=f"# The same.\n{AGENT.format(0)}")
+    assert card().sentences() == first.sentences()
+    moods(moods=AGENT.format(3))
+    with pytest.raises(StoreError, match=r"it.db: moods:Agent has changed since .* \(changed: moods\)"):
+        card()
+    kept = card("keep")
+    assert kept.lines == first.lines
+    again = card("replay")
+    assert again.lines != first.lines
+    assert not again.mixed
+
+
+def test_a_card_of_two_versions_says_so(tmp_path, moods):
+    store = tmp_path / "it.db"
+    moods(moods=AGENT.format(0))
+    take("moods:Agent", store, ["hints"], quick=True, workers=1)
+    moods(moods=AGENT.format(1))
+    card = take("moods:Agent", store, ["advice", "hints"], quick=True, workers=1, changed="keep")
+    assert card.sentences()[0].startswith("Not one result: 2 versions of moods:Agent: its code changed between ")
+    card.write(tmp_path / "card.json")
+    assert Card.load(tmp_path / "card.json").sentences() == card.sentences()

@@ -13,11 +13,12 @@ import ast
 import importlib.util
 import sys
 import sysconfig
-from collections.abc import Iterable, Iterator, Mapping
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from importlib.machinery import ModuleSpec
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from llf_teacher.registry import entry
 from llf_teacher.studies.definition.live_code import live_code
@@ -267,3 +268,27 @@ def differing(now: Mapping[str, str], before: Mapping[str, str] | None) -> str:
     names = [name for name in {**before, **now} if before.get(name) != now.get(name)]
     more = f" and {len(names) - _NAMED} more" * (len(names) > _NAMED)
     return f"changed: {', '.join(names[:_NAMED])}{more}" if names else ""
+
+
+def mixed(
+    definitions: Mapping[int, Mapping[str, Any]], rows: Iterable[tuple[Iterable[str], int, int]]
+) -> dict[str, list[int]]:
+    """The specs and ids of which several versions were played: for each version its number of episodes.
+
+    Args:
+        definitions: the definitions of a store, by revision.
+        rows: the specs and ids of episodes, their revision, and their number.
+    """
+    counts: dict[str, Counter[tuple[tuple[str, str], ...] | None]] = {}
+    for names, revision, number in rows:
+        code = definitions.get(revision, {}).get("code", {})
+        for name in names:
+            version = tuple(sorted(code[name].items())) if name in code else None
+            counts.setdefault(name, Counter())[version] += number
+    return {name: sorted(each.values(), reverse=True) for name, each in sorted(counts.items()) if len(each) > 1}
+
+
+def mixed_words(name: str, numbers: Sequence[int]) -> str:
+    """Several versions of a spec in one result, in words."""
+    *first, last = (f"{number:,}" for number in numbers)
+    return f"{len(numbers)} versions of {name}: its code changed between {', '.join(first)} and {last} episodes"

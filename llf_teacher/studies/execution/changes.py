@@ -57,12 +57,13 @@ def _episodes(number: int) -> str:
 
 def used_code(study: Study) -> dict[str, Fingerprint]:
     """The fingerprints of users' own code in a study, by spec or id."""
-    lists = (*study.teachers, *study.students, study.reader, *study.ids)
-    return fingerprints((*lists, *(each for name in ("teachers", "students", "taught") for each in _of(study, name))))
+    return fingerprints(specs_of(study))
 
 
-def _of(study: Study, name: str) -> Iterable[str]:
-    return study.transfer.get(name, ())
+def specs_of(study: Study) -> tuple[str, ...]:
+    """The specs and ids of a study that may name users' own code."""
+    tests = (each for name in ("teachers", "students", "taught") for each in study.transfer.get(name, ()))
+    return (*study.teachers, *study.students, study.reader, *study.ids, *tests)
 
 
 def changes(study: Study, store: Store, specs: Callable[[], Iterator[EpisodeSpec]]) -> Changes:
@@ -118,6 +119,26 @@ def _other_versions(study: Study, store: Store) -> dict[str, list[tuple[str, str
         if id in ids and (version, rules) != study.versions[ids[id]]:
             found.setdefault(ids[id], []).append((version, rules))
     return {family: list(dict.fromkeys(each)) for family, each in found.items()}
+
+
+def unseen(names: Iterable[str]) -> list[str]:
+    """What is not compared of users' own code, in words: a line for each spec or id that has some."""
+    return [
+        f"Of {name}, a run does not compare {', '.join(each.unseen)}: if that has changed, give another --store."
+        for name, each in fingerprints(names).items()
+        if each.unseen
+    ]
+
+
+def choice_of(replay: bool, keep: bool) -> str:
+    """The choice of two flags.
+
+    Raises:
+        ValueError: both are given.
+    """
+    if replay and keep:
+        raise ValueError("--replay-changed and --keep-old exclude each other; give one of them")
+    return REPLAY if replay else KEEP if keep else STOP
 
 
 def settle(study: Study, store: Store, specs: Callable[[], Iterator[EpisodeSpec]], choice: str) -> None:

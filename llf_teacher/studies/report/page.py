@@ -13,6 +13,7 @@ from markupsafe import Markup
 
 from llf_teacher.escaping import escape_control_chars
 from llf_teacher.studies.analysis.statistics import exact_p
+from llf_teacher.studies.definition.fingerprints import mixed_words
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.report.data import Data, read
 from llf_teacher.studies.report.parts import PARTS
@@ -175,6 +176,6 @@ def _counted(values: Sequence[float], digits: int, scale: float = 1) -> str:
 
 def _environment() -> jinja2.Environment:
     environment = pages("llf_teacher.studies.report")
-    environment.globals |= {"figures": ByteBudget(_FIGURES), "shown": ByteBudget(_SHOWN)}
+    environment.globals |= {"mixed_words": mixed_words, "figures": ByteBudget(_FIGURES), "shown": ByteBudget(_SHOWN)}
     environment.filters |= {"reads": reads, "every": _every, "counted": _counted, "exact_p": exact_p}
     return environment

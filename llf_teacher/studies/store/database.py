@@ -432,6 +432,13 @@ class Store:
         query = "SELECT DISTINCT id, version, rules FROM setting ORDER BY id, version, rules"
         return [(id, version, rules) for id, version, rules in self._db.execute(query)]
 
+    def coded(self) -> Iterator[tuple[frozenset[str], int, int]]:
+        """What may have code of its own in some episodes, the revision of these, and their number."""
+        names = "id, teacher, student, reader, taught"
+        query = f"SELECT revision, count(*), {names} FROM episode GROUP BY revision, {names}"  # noqa: S608
+        for revision, number, *specs in self._db.execute(query):
+            yield frozenset(specs), revision, number
+
     def has_failed(self, key: str) -> bool:
         """Whether an episode failed and was not played later."""
         return self._found("SELECT 1 FROM failure WHERE key = ?", bytes.fromhex(key))
