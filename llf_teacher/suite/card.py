@@ -17,6 +17,7 @@ import llf_teacher
 from llf_teacher.escaping import escape_control_chars
 from llf_teacher.studies.analysis.power import least_effect
 from llf_teacher.studies.analysis.statistics import LEAST, Estimate, holm
+from llf_teacher.studies.store.targets import check_target
 from llf_teacher.suite.answers import AnswerSummary
 from llf_teacher.suite.experiment import all_experiments, asked
 from llf_teacher.suite.score import ALPHA, Score
@@ -368,6 +369,7 @@ def check_file(path: Path) -> None:
         raise FileNotFoundError(f"the folder {path.absolute().parent} of the card does not exist; make it first")
     if path.is_dir() or not os.access(path if path.exists() else path.absolute().parent, os.W_OK):
         raise ValueError(f"cannot write the card to {path}: give a file that you may write")
+    check_target(path, "the card")
 
 
 def _read(type_: Any, value: Any, where: str, ends: tuple[float, float] = (-_MOST, _MOST)) -> Any:

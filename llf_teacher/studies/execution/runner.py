@@ -96,6 +96,8 @@ class RunOptions(NamedTuple):
     """Keys of the episodes to play; None: all."""
     changed: str = changes.STOP
     """What becomes of stored episodes whose teacher, student or world has changed since, one of `changes.CHOICES`."""
+    name: str = ""
+    """The study's name in its store and its report; empty: none, or that of an earlier run."""
     on_episode: Callable[[EpisodeSpec, Packed | None], object] | None = None
     """Called with each episode at its end, None if it failed."""
 
@@ -224,6 +226,8 @@ class _Run:
             check_portable((*self._study.teachers, *self._study.transfer.get("teachers", ()), *tally.students))
         self._progress(tally.done, tally.total)
         store.define(manifest(self._study))
+        if options.name:
+            store.write_manifest({"name": options.name})
         if tally.todo and not self._ends(0):
             call = partial(run_episode, limits=options.limits)
             work = Work(partial(set_up, self._environment), call, tally.todo, options.limits.hard_seconds(tally.turns))

@@ -80,7 +80,7 @@ def _copied(part: Store, whole: Store) -> Iterator[None]:
     for spec, failure in part.failed():
         if not whole.has(spec.key):
             whole.add_failure(spec, failure)
-    known = whole.manifest()
+    known = {**whole.manifest(), "name": ""}  # the name is that of the study's file as seen from the part
     whole.write_manifest({name: value for name, value in part.manifest().items() if name not in known})
 
 
