@@ -178,9 +178,9 @@ def test_the_terminal_has_the_findings_of_the_page(tmp_path):
     result = llf("study", "study.toml", "--workers", "1", cwd=tmp_path, COLUMNS="200")
     assert result.returncode == 0, result.stderr
     listed = [line.removeprefix("- ") for line in result.stderr.splitlines() if line.startswith("- ")]
-    html = unescape(re.sub(r"<[^>]+>", "", (tmp_path / "llf-study.html").read_text(encoding="utf-8")))
+    html = unescape(re.sub(r"<[^>]+>", "", (tmp_path / "study.html").read_text(encoding="utf-8")))
     assert listed
     assert all(" ".join(line.split()) in " ".join(html.split()) for line in listed)
     assert re.search(r"oracle +. +silent +. +text_only +. +-\d+\.\d\d .* [01]\.\d\d ", result.stderr)
     assert listed[0].startswith("text_only loses less with oracle than with silent: ")
-    assert result.stderr.rstrip().endswith("llf-study.html")
+    assert result.stderr.rstrip().endswith("study.html")

@@ -1,6 +1,6 @@
 """The data of a report: a study, and its episodes in a store."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import cached_property
@@ -14,6 +14,7 @@ from llf_teacher.studies.analysis.outcomes import Outcomes
 from llf_teacher.studies.analysis.primary import Primary, of_study
 from llf_teacher.studies.analysis.statistics import Difference, holm
 from llf_teacher.studies.definition.design import main_types
+from llf_teacher.studies.definition.fingerprints import mixed
 from llf_teacher.studies.definition.stored_specs import is_own
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.definition.transcript_filter import PATTERNS
@@ -35,6 +36,8 @@ class Data:
     """Sums over the played episodes, by setting."""
     revisions: Mapping[int, Revision]
     """Numbers of episodes by the revision of their definition."""
+    mixed: Mapping[str, Sequence[int]]
+    """Specs and ids whose code changed between the episodes shown: the numbers of episodes of each version."""
     failures: Mapping[tuple[str, str], int]
     """Number of failed episodes that were not played later, by student and reason."""
     sections: tuple[Section, ...]
@@ -164,6 +167,7 @@ def read(store: Store, study: Study) -> Data:
             planned=planned,
             sums=sums,
             revisions=there.revisions(),
+            mixed=mixed(store.definitions(), there.coded()),
             failures=there.failures(),
             sections=tuple(_sections(study, there, sums, test)),
             test=test,
