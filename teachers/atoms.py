@@ -343,7 +343,7 @@ def _checked(holds: Callable[..., bool]) -> Callable[..., bool]:
     return check
 
 
-_PLAIN = frozenset((bool, int, float, str, type(None)))
+_PLAIN = frozenset((bool, int, float, str, type(None), FeedbackType))
 
 
 def _has_odd(values: tuple[Any, ...]) -> bool:
