@@ -95,13 +95,13 @@ def test_each_analysis_is_drawn_and_has_its_data(store):
     data = read(store, STUDY)
     ((_, profiles),) = drawn(data, "overall")
     first = next(overall(data.taught, "retry_only"))
-    shares = [float(row["above"]) for row in profiles if row["teacher"] == first.teacher]
+    shares = [float(row["above"]) for row in profiles if row["teacher"] == data.called(first.teacher)]
     np.testing.assert_allclose(shares, first.profile.band.mean, rtol=1e-4)
     ((name, gains),) = drawn(data, "matrix")
     assert name == "matrix-gains-b-a"
     for each in matrices(data.taught):
         for (teacher, student), gain in each.gains.items():
-            wanted = each.group.family, teacher, student
+            wanted = each.group.family, data.called(teacher), data.called(student)
             (row,) = [row for row in gains if (row["family"], row["teacher"], row["student"]) == wanted]
             assert float(row["gain"]) == pytest.approx(gain.mean, rel=1e-4)
             assert gain.why == "3 seeds"
