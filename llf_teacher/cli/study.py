@@ -37,10 +37,18 @@ Workers_ = Annotated[
 class _StudyCommands(Commands):
     """Treats `llf study FILE.toml` as `llf study run FILE.toml`."""
 
-    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """The command that the first argument names; `run` if that is a TOML file."""
-        named = args[0] in self.commands or not args[0].endswith(".toml")
-        return super().resolve_command(ctx, args if named else ["run", *args])
+    def parse_args(self, ctx: Any, args: list[str]) -> Any:
+        """Read the arguments; with a TOML file before any command all of them, in any order, are those of `run`."""
+        first = next((each for each in args if each in self.commands or each.endswith(".toml")), "")
+        return super().parse_args(ctx, ["run", *args] if first.endswith(".toml") else args)
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """The help of the group, and that of `run`, whose options `llf study FILE.toml` takes."""
+        super().format_help(ctx, formatter)
+        run = self.get_command(ctx, "run")
+        with ctx.command.context_class(run, info_name="run", parent=ctx) as below:
+            typer.echo("`llf study FILE.toml` is short for `llf study run FILE.toml`:")
+            run.format_help(below, formatter)
 
 
 def add_to(app: typer.Typer) -> None:

@@ -3,10 +3,10 @@
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
+from llf_teacher.speakers.parsing import parse_teacher
 from llf_teacher.speakers.speaker import Speaker
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import Student
-from llf_teacher.studies.definition.custom_specs import parse_teacher
 from teachers.personality import Personality
 from teachers.spec import parse_calls
 
