@@ -315,7 +315,7 @@ def power(
         for n in (*primary, *found)
     ]
     widths = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
-    for row in (head, *rows):
+    for row in (head, *rows) if rows else ():
         typer.echo("  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip())
     for which, each in (("primary comparison, of all families together", primary), ("comparison of a family", found)):
         if each:

@@ -81,6 +81,7 @@ def test_beside_a_teacher_without_regret_differences_tell_teachers_apart(tmp_pat
     """Every one of these teachers has a score of -1."""
     _, html = written(tmp_path, planted_study("baseline without regret"))
     assert 'id="findings-scores"' not in html
+    assert 'id="overall"' not in html
     assert "3 comparisons have no score: a share of a regret that is about 0 says nothing." in html
     rows = {row["teacher"]: row for row in data_of(html, "findings-differences")}
     assert list(rows) == ["planted:Grudge(after=2)", "mistake(eps=0.1)", "silent"]

@@ -16,7 +16,7 @@ from llf_teacher.studies.analysis.estimators import (
     probability_of_improvement,
 )
 from llf_teacher.studies.analysis.outcomes import Outcomes
-from llf_teacher.studies.analysis.scores import Both, pairs, symmetric
+from llf_teacher.studies.analysis.scores import Both, has_ratio, pairs, symmetric
 from llf_teacher.studies.analysis.statistics import Estimate
 
 THRESHOLDS = np.linspace(-1, 1, 41)
@@ -39,11 +39,13 @@ class Overall(NamedTuple):
 
 
 def overall(found: Outcomes, baseline: str) -> Iterator[Overall]:
-    """Every teacher under each instruction type and feedback type, in the order of their first outcomes."""
+    """Every teacher with a score under each instruction type and feedback type, in the order of first outcomes."""
     tasks: dict[tuple[str, str, str], list[Both]] = {}
     for compared, families in pairs(found, baseline).items():
         key = compared.teacher, compared.instruction_type, compared.feedback_type
-        tasks.setdefault(key, []).extend(families.values())
+        there = [both for both in families.values() if has_ratio(*(each.regret for each in both))]
+        if there:
+            tasks.setdefault(key, []).extend(there)
     for key, mine in tasks.items():
         scores = [symmetric(own.regret, other.regret) for own, other in mine]
         regrets = [[-each.regret for each in both] for both in mine]
