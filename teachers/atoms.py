@@ -343,7 +343,7 @@ def _checked(holds: Callable[..., bool]) -> Callable[..., bool]:
     return check
 
 
-_PLAIN = frozenset((bool, int, float, str, type(None), FeedbackType))
+_PLAIN = frozenset((bool, int, float, str, type(None), FeedbackType))  # a kind equals its word, which says the same
 
 
 def _has_odd(values: tuple[Any, ...]) -> bool:

@@ -8,7 +8,7 @@ from llf_teacher.studies.report.data import Data
 from llf_teacher.studies.report.figure import Plot
 from llf_teacher.studies.report.parts.part import Part
 from llf_teacher.studies.report.plots import Pane, panel_plot
-from teachers.atoms import KINDS
+from teachers.atoms import KINDS, FeedbackType
 from teachers.words import INSTRUCTIONS, KIND_WORDS
 
 _ALL = "all kinds"
@@ -45,7 +45,7 @@ def _plot(data: Data, found: Sequence[Ablation]) -> Plot:
         rows=[
             (
                 *(each.group.family, each.group.instruction_type, data.called(each.teacher), data.called(each.student)),
-                *(_ALL if kind == _ALL else KIND_WORDS[kind], gain.n, *gain[:3]),
+                *(KIND_WORDS[FeedbackType(kind)] if kind in KINDS else kind, gain.n, *gain[:3]),
             )
             for each in found
             for kind, gain in {**each.shares, _ALL: each.total}.items()
