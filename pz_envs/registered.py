@@ -94,6 +94,12 @@ class Registered(Subject):
         """The version of that distribution."""
         return metadata.version(self.distribution) if self.distribution else ""
 
+    @property
+    def code_modules(self) -> tuple[str, ...]:
+        """The modules of what makes the environment, and of what registers it."""
+        found = getattr(inspect.getmodule(self._creator), "__name__", "")
+        return tuple(dict.fromkeys(filter(None, (found, self.module))))
+
     @cached_property
     def _creator(self) -> Any:
         entry: Any = self.spec.entry_point

@@ -1,6 +1,6 @@
 """Do late words cost a student more, or wrong ones? A question of ours: two turns late, or wrong in three of ten.
 
-Declared before, as `primary` of the study `late_or_wrong.toml`: the late teacher beside the wrong one, over all
+Declared before, as `compare` of the study `late_or_wrong.toml`: the late teacher beside the wrong one, over all
 families; each family is tested too, with Holm's correction. A seed's score is its regret with the late teacher less
 that with the wrong one, over the sum of both mean regrets in the family: above 0 late words cost more, below 0 wrong
 ones. Over all families it is the mean of their scores.
