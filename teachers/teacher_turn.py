@@ -217,7 +217,7 @@ class TeacherTurn:
     @cached_property
     def vocabulary(self) -> Vocabulary:
         """The claims that a message can have."""
-        return Vocabulary.of(self.teacher.oracle)
+        return Vocabulary.of(self.teacher.oracle, self.teacher.kinds)
 
     def compose(self, message: Message) -> str:
         """Put a message of claims into words, its own or the voice's, after the notices, which are always said.

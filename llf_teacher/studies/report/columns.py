@@ -26,7 +26,8 @@ CHECKED = (*_FLAT, Label.HEDGED)
 """Labels of checked claims."""
 _SUMMED = (
     *("success", "regret", "turns", "words", "parse_failures", "claims", "claims_held", "advised", "followed"),
-    *("unchecked", "changes", *READINGS),
+    *("unchecked", "changes", *READINGS, "unbuilt", "withheld"),
+    *("taught", "taught_cut", "taught_empty", "taught_repeats", "taught_seconds"),
     *(f"said_{kind}" for kind in KINDS),
     *CHECKED,
 )
