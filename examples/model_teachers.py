@@ -75,7 +75,7 @@ def count(turns: list[dict[str, Any]]) -> Counter[str]:
     """What the model said in an episode, after the opening."""
     found: Counter[str] = Counter()
     for turn in turns:
-        reply = turn["taught"]
+        reply = turn["reply"]
         if reply is None:
             continue
         kinds = [atom["kind"] for atom in turn["atoms"] if atom["kind"]]

@@ -123,7 +123,7 @@ class Vocabulary:
             "type": "object",
             "description": f"{cls.kind}: {' '.join(cleandoc(cls.__doc__ or '').split())}",
             "properties": {TYPE: {"const": name}, **properties},
-            "required": [TYPE, *(field for field in forms if not _may_lack(cls, field))],
+            "required": [TYPE, *(field for field in forms if not may_lack(cls, field))],
             "additionalProperties": False,
         }
 
@@ -159,7 +159,7 @@ class Vocabulary:
         forms = _forms(cls)
         given = {key: value for key, value in data.items() if key != TYPE}
         if moment is not None and moment.before is not None:
-            given |= {field: moment.action for field in forms if field not in given and _may_lack(cls, field)}
+            given |= {field: moment.action for field in forms if field not in given and may_lack(cls, field)}
         for key in given:
             if key not in forms:
                 raise ValueError(f"{name} has no field {_shown(key)}; its fields: {', '.join(forms) or 'none'}")
@@ -333,7 +333,7 @@ def actions_of(cls: Any) -> list[str]:
     ]
 
 
-def _may_lack(cls: type[Claim], field: str) -> bool:
+def may_lack(cls: type[Claim], field: str) -> bool:
     """Whether JSON may omit a field: the student's own action, which the moment gives."""
     return field == "action" and issubclass(cls, ActionClaim) and cls.kind in (HP, HN)
 

@@ -233,12 +233,12 @@ def _watch(
     _say_result(console, last.turn, last.success, found.total_reward)
     if found.truncated:
         _put(console, Text(f"{found.truncated} of {found.answers} answers were cut at max_tokens."))
-    if found.taught:
-        counts = [getattr(found, f"taught_{fault}") for fault in FAULTS]
+    if found.teacher_answers:
+        counts = [getattr(found, f"teacher_{fault}") for fault in FAULTS]
         bad = "; ".join(f"{count} {words}" for words, count in zip(FAULTS.values(), counts, strict=True) if count)
         made = f"; {_claims(found.unbuilt)} could not be made" if found.unbuilt else ""
-        seconds = (found.taught_seconds or 0.0) / found.taught
-        said = f"The teacher's model gave {found.taught} answers: {bad or 'none with a fault'}{made}"
+        seconds = (found.teacher_seconds or 0.0) / found.teacher_answers
+        said = f"The teacher's model gave {found.teacher_answers} answers: {bad or 'none with a fault'}{made}"
         _put(console, Text(f"{said}; {seconds:.1f} s each."))
 
 
@@ -274,12 +274,12 @@ def _show_turn(console: Console, row: "TurnRow", family: str) -> None:
         _put_beside(console, lead.append(f"[{word}]: ", style), Text(escape_control_chars(text)))
     if not said:
         console.print(Text("teacher: (says nothing)", "dim"))
-    faults = [FAULTS[fault] for fault in (row.taught or {}).get("faults", ())]
+    faults = [FAULTS[fault] for fault in (row.reply or {}).get("faults", ())]
     faults += [f"{_claims(row.unbuilt)} could not be made"] if row.unbuilt else []
     faults += [f"{_claims(row.withheld)} withheld, since false"] if row.withheld else []
-    if row.taught and faults:
+    if row.reply and faults:
         lead = Text(f"teacher's model ({', '.join(faults)}): ", "red")
-        _put_beside(console, lead, Text(escape_control_chars(row.taught["answer"] or "(nothing)"), "dim"))
+        _put_beside(console, lead, Text(escape_control_chars(row.reply["answer"] or "(nothing)"), "dim"))
     console.print()
 
 

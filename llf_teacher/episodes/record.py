@@ -117,7 +117,7 @@ class TurnRow(NamedTuple):
     """The cost of a model in the teacher's seat: the fields of `Usage`; null without a model."""
     form: str | None = None
     """The form in which a model was asked for its answer: `json`, `tool` or `text`."""
-    taught: dict[str, Any] | None = None
+    reply: dict[str, Any] | None = None
     """The answer of a model in the teacher's seat: the fields of `TeacherReply`; null without a model."""
 
 
@@ -176,15 +176,15 @@ class EpisodeRow(NamedTuple):
     """Number of claims in messages that could not be made."""
     withheld: int | None = None
     """Number of false claims that a teacher's filter kept back."""
-    taught: int | None = None
+    teacher_answers: int | None = None
     """Number of answers of a model in the teacher's seat; null, like the next fields, without such a model."""
-    taught_cut: int | None = None
+    teacher_cut: int | None = None
     """Number of these that were cut at the greatest length."""
-    taught_empty: int | None = None
+    teacher_empty: int | None = None
     """Number of these that say nothing."""
-    taught_repeats: int | None = None
+    teacher_repeats: int | None = None
     """Number of these that repeat what the student sees."""
-    taught_seconds: float | None = None
+    teacher_seconds: float | None = None
     """Time from the requests to the answers."""
     read_exact: int | None = None
     """Number of sentences in the teacher's own words that the phrases read, and whose claim was checked; null, as all
@@ -340,7 +340,7 @@ def summary(family: str, reads: str, rows: Sequence[TurnRow], *, measured: bool 
         regrets=pack_regrets([row.regret for row in rows[1:]]),
         unbuilt=sum(row.unbuilt or 0 for row in rows),
         withheld=sum(row.withheld or 0 for row in rows),
-        **_taught([row.taught for row in rows if row.taught is not None]),
+        **_replies([row.reply for row in rows if row.reply is not None]),
         **_readings(rows),
         **(_gains(said, rows) if measured else {}),
         why=why,
@@ -383,13 +383,17 @@ def _gains(said: Sequence[Mapping[str, Any]], rows: Sequence[TurnRow]) -> dict[s
     }
 
 
-def _taught(replies: Sequence[dict[str, Any]]) -> dict[str, Any]:
+def _replies(replies: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """The sums over the answers of a model in the teacher's seat; empty without one."""
     if not replies:
         return {}
     faults = Counter(fault for reply in replies for fault in reply["faults"])
-    sums: dict[str, Any] = {f"taught_{fault}": faults[fault] for fault in (CUT, EMPTY, REPEATS)}
-    return {"taught": len(replies), **sums, "taught_seconds": math.fsum(reply["seconds"] for reply in replies)}
+    sums: dict[str, Any] = {f"teacher_{fault}": faults[fault] for fault in (CUT, EMPTY, REPEATS)}
+    return {
+        "teacher_answers": len(replies),
+        **sums,
+        "teacher_seconds": math.fsum(reply["seconds"] for reply in replies),
+    }
 
 
 def _costs(rows: Sequence[TurnRow]) -> dict[str, Any]:

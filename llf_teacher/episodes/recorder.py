@@ -124,7 +124,7 @@ class Recorder:
             withheld=len(getattr(self._speaker, "withheld", ())) or None,
             readings=self._readings(self._reader, turn) or None if self._reader else None,
             paid=usage._asdict() if isinstance(usage, Usage) else None,
-            taught=reply._asdict() | {"faults": [*reply.faults]} if isinstance(reply, TeacherReply) else None,
+            reply=reply._asdict() | {"faults": [*reply.faults]} if isinstance(reply, TeacherReply) else None,
         )._replace(**answer)
         self.rows.append(row)
         return row

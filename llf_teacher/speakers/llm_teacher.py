@@ -17,7 +17,7 @@ from pz_envs.text.json_values import find_message
 from pz_envs.text.message_formats import FEW_CLAIMS, longest, message_schema
 from teachers.atoms import FN, FP, HN, HP, Atom, Claim, Moment, ParseFailure, R, Utterance
 from teachers.common import Paid, Reward, Solved, TryAgain
-from teachers.schema import LONGEST_TEXT, MOST_CLAIMS, Message, Vocabulary, sentences_of
+from teachers.schema import LONGEST_TEXT, MOST_CLAIMS, Message, Vocabulary, may_lack, sentences_of
 from teachers.spec import check_range, unknown
 
 KNOWS = ("claims", "nothing")
@@ -43,6 +43,7 @@ _ORDER = (FP, FN, HP, HN, R)  # so that advice is not left out where few claims 
 _SEEN = (Reward, Paid, Solved, TryAgain)  # what a student sees without a teacher
 _WORDS = 120  # tokens of an answer in words
 _FORM, _MOST = 20, 2000  # tokens around an answer, and of an answer at most
+_DIGITS = 4  # of numbers in the claims that the model is shown
 _RUN = 5  # successive words of the question that make an answer a repetition
 
 
@@ -76,24 +77,22 @@ class ModelPolicy:
         if isinstance(moment.action, ParseFailure):
             return Utterance.of([atom for atom in suggestion.atoms if atom.kind is None])
         seen = _TURN.format(reward=moment.reward, **observation)
-        known = _known(suggestion.atoms, vocabulary) if spec.knows == "claims" else []
+        known = _Known(suggestion.atoms if spec.knows == "claims" else (), vocabulary)
         asked = seen
         if spec.knows == "claims" and suggestion:
-            lines = [json.dumps(each, ensure_ascii=False) for each in known]
+            lines = [json.dumps(each, ensure_ascii=False) for each in known.claims]
             asked += _TRUE.format(claims=f"{suggestion}" if spec.says == "words" else "\n".join(lines))
         form = "text" if spec.says == "words" else self._model.form(spec.answer).name
         answer = self._ask(asked, form, moment, vocabulary, known)
         self.usage = answer.usage
-        said = self._words(answer) if spec.says == "words" else self._message(answer, moment, vocabulary)
+        said = self._words(answer) if spec.says == "words" else self._message(answer, moment, vocabulary, known)
         faults = tuple(name for name, has in self._faults(answer, said, seen) if has)
         self.reply = TeacherReply(answer.text[:LONGEST_TEXT], answer.finish, answer.seconds, form, faults)
         if kept := _kept(said, vocabulary):
             self._past += [{"role": "user", "content": asked}, {"role": "assistant", "content": kept}]
         return said
 
-    def _ask(
-        self, question: str, form: str, moment: Moment[Any], vocabulary: Vocabulary, known: list[dict[str, Any]]
-    ) -> Answer:
+    def _ask(self, question: str, form: str, moment: Moment[Any], vocabulary: Vocabulary, known: "_Known") -> Answer:
         """The model's answer to a question in a form."""
         spec = self._spec
         if not self._system:
@@ -102,7 +101,7 @@ class ModelPolicy:
                 self._system += _LISTING.format(listing=vocabulary.listing())
         fields, needed = None, _WORDS
         if spec.says != "words":
-            schema = message_schema(vocabulary, moment, spec.most_claims, known=known, words=spec.says == "both")
+            schema = message_schema(vocabulary, moment, spec.most_claims, known=known.claims, words=spec.says == "both")
             fields, needed = claims_form(form, schema), min(_FORM + longest(schema), _MOST)
         past = self._past[-2 * spec.history :] if spec.history else []
         system, asked = {"role": "system", "content": self._system}, {"role": "user", "content": question}
@@ -116,11 +115,11 @@ class ModelPolicy:
         sentences = sentences_of(words)
         return words if sentences and words.endswith((".", "!", "?")) else " ".join(sentences[:-1])
 
-    def _message(self, answer: Answer, moment: Moment[Any], vocabulary: Vocabulary) -> Message:
+    def _message(self, answer: Answer, moment: Moment[Any], vocabulary: Vocabulary, known: "_Known") -> Message:
         """The claims of an answer, each once; its own words if wanted. With a filter, without the false claims."""
         words = answer.text.strip()
         found = find_message(words)
-        message = vocabulary.read(words if found is None else found, moment)
+        message = vocabulary.read(words if found is None else known.read(found), moment)
         claims = tuple(dict.fromkeys(message.claims))
         if not self._spec.filter:
             return message._replace(claims=claims, text=message.text if self._spec.says == "both" else "")
@@ -152,10 +151,45 @@ def claims_form(form: str, schema: dict[str, Any]) -> dict[str, Any] | None:
     return None if form == "text" else form_fields(form, "message", "Say these claims.", schema)
 
 
-def _known(atoms: tuple[Atom, ...], vocabulary: Vocabulary) -> list[dict[str, Any]]:
-    """The claims among atoms that can be said, advice first."""
-    said = [atom.claim for atom in atoms if type(atom.claim) in vocabulary.classes.values()]
-    return [vocabulary.data_of(claim) for claim in sorted(said, key=lambda claim: _ORDER.index(claim.kind))]
+class _Known:
+    """The claims that the model is shown, advice first, with numbers of few digits."""
+
+    def __init__(self, atoms: tuple[Atom, ...], vocabulary: Vocabulary) -> None:
+        said = [atom.claim for atom in atoms if type(atom.claim) in vocabulary.classes.values()]
+        self._exact: dict[tuple[str, float], float] = {}
+        self.claims = [
+            {
+                field: self._shown(field, value)
+                for field, value in vocabulary.data_of(claim).items()
+                if not may_lack(type(claim), field)
+            }
+            for claim in sorted(said, key=lambda claim: _ORDER.index(claim.kind))
+        ]
+        """The claims as JSON values, verdicts without the action, which the moment gives."""
+
+    def _shown(self, field: str, value: Any) -> Any:
+        if isinstance(value, list):
+            return [self._shown(field, each) for each in value]
+        if not isinstance(value, float):
+            return value
+        short = float(f"{value:.{_DIGITS}g}")
+        return value if self._exact.setdefault((field, short), value) != value else short
+
+    def read(self, data: Any) -> Any:
+        """JSON values of a model, with the exact numbers for those that it was shown."""
+        if not (isinstance(data, dict) and isinstance(claims := data.get("claims"), list)):
+            return data
+        exact = [
+            {field: self._meant(field, value) for field, value in claim.items()} if isinstance(claim, dict) else claim
+            for claim in claims
+        ]
+        return data | {"claims": exact}
+
+    def _meant(self, field: str, value: Any) -> Any:
+        if isinstance(value, list):
+            return [self._meant(field, each) for each in value]
+        number = isinstance(value, int | float) and not isinstance(value, bool)
+        return self._exact.get((field, value), value) if number else value
 
 
 def _kept(said: str | Message, vocabulary: Vocabulary) -> str:
@@ -183,8 +217,8 @@ class LLMTeacher(AsksModel, Speaker):
     temperature: float | None = 0.0
     max_tokens: int | str | None = AUTO
     seed: bool = True
-    history: int = 2
-    """Number of past turns in a request, 0 to 1,000."""
+    history: int = 0
+    """Number of past turns in a request, 0 to 1,000. A small model says again what was true then."""
     knows: str = "claims"
     """One of `KNOWS`."""
     says: str = "claims"

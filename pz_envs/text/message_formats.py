@@ -1,13 +1,14 @@
 """The JSON Schema of a message of claims, bounded by what a moment allows, so that an answer ends."""
 
 import json
+from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from gymnasium import spaces
 
-from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim
-from teachers.schema import TYPE, Vocabulary, actions_of
+from teachers.atoms import FN, FP, Claim, Moment, PlanClaim
+from teachers.schema import TYPE, Vocabulary, actions_of, may_lack
 
 FEW_CLAIMS = 3
 """The most claims of a message, by default."""
@@ -42,13 +43,9 @@ def message_schema(
         known: claims as JSON values whose texts are at hand, too.
         words: whether the message has words of its own for the claims.
     """
-    texts: dict[str, list[str]] = {}
-    for data in known:
-        for field, value in data.items():
-            values = value if isinstance(value, list) else [value]
-            texts.setdefault(field, []).extend(each for each in values if isinstance(each, str))
+    at_hand = _AtHand(vocabulary, moment, known)
     forms = [
-        _claim(vocabulary, name, cls, moment, texts)
+        _claim(name, cls, at_hand)
         for name, cls in vocabulary.classes.items()
         if cls.kind in vocabulary.kinds and not (moment.over if cls.kind in (FP, FN) else moment.before is None)
     ]
@@ -76,27 +73,46 @@ def longest(schema: Mapping[str, Any]) -> int:
     return _NUMBER if kind in ("integer", "number") else _ANY
 
 
-def _claim(
-    vocabulary: Vocabulary, name: str, cls: type[Claim], moment: Moment[Any], texts: Mapping[str, Sequence[str]]
-) -> dict[str, Any]:
+class _AtHand:
+    """The values that a claim can name; the arguments are those of `message_schema`."""
+
+    def __init__(self, vocabulary: Vocabulary, moment: Moment[Any], known: Iterable[Mapping[str, Any]]) -> None:
+        self.vocabulary, self._moment = vocabulary, moment
+        self._texts: dict[str, list[str]] = defaultdict(list)
+        self._items: dict[str, int] = defaultdict(lambda: _ITEMS)
+        for data in known:
+            for field, value in data.items():
+                values = value if isinstance(value, list) else [value]
+                self._texts[field] += [each for each in values if isinstance(each, str)]
+                self._items[field] = max(self._items[field], len(values))
+
+    def texts(self, cls: type[Claim], field: str) -> list[str]:
+        """The texts of a field; empty: any text."""
+        found = self.vocabulary.texts_at_hand(cls, field, self._moment)
+        return [*dict.fromkeys([*found, *self._texts[field]])]
+
+    def items(self, field: str) -> int:
+        """Greatest number of items of a list."""
+        return self._items[field]
+
+
+def _claim(name: str, cls: type[Claim], at_hand: _AtHand) -> dict[str, Any]:
     """The schema of a class."""
-    whole = vocabulary.schema_of(name)
-    fields = {field: form for field, form in whole["properties"].items() if field != TYPE}
-    if issubclass(cls, ActionClaim) and cls.kind in (HP, HN):
-        fields.pop("action", None)
-
-    def at_hand(field: str) -> list[str]:
-        return [*dict.fromkeys([*vocabulary.texts_at_hand(cls, field, moment), *texts.get(field, ())])]
-
+    vocabulary = at_hand.vocabulary
+    fields = {
+        field: form
+        for field, form in vocabulary.schema_of(name)["properties"].items()
+        if field != TYPE and not may_lack(cls, field)
+    }
     acts = actions_of(cls)
     for field, form in fields.items():
         if field in acts:
-            fields[field] = _action(vocabulary, form, at_hand("action"))
+            fields[field] = _action(vocabulary, form, at_hand.texts(cls, "action"))
         elif field == "actions" and issubclass(cls, PlanClaim):
-            items = _action(vocabulary, form["items"], at_hand("action"))
-            fields[field] = {"type": "array", "items": items, "minItems": 1, "maxItems": _ITEMS}
+            items = _action(vocabulary, form["items"], at_hand.texts(cls, "action"))
+            fields[field] = {"type": "array", "items": items, "minItems": 1, "maxItems": at_hand.items(field)}
         else:
-            fields[field] = _value(form, at_hand(field))
+            fields[field] = _value(form, at_hand.texts(cls, field), at_hand.items(field))
     properties = {TYPE: {"const": name}, **fields}
     return {"type": "object", "properties": properties, "required": [*properties], "additionalProperties": False}
 
@@ -120,12 +136,12 @@ def _action(vocabulary: Vocabulary, form: Mapping[str, Any], at_hand: Sequence[s
     return {"type": "string", "maxLength": _ACTION} if isinstance(space, spaces.Text) else own
 
 
-def _value(form: Mapping[str, Any], at_hand: Sequence[str]) -> dict[str, Any]:
-    """The schema of another field."""
+def _value(form: Mapping[str, Any], texts: Sequence[str], most: int) -> dict[str, Any]:
+    """The schema of another field; `most`: the most items of a list."""
     if form.get("type") == "array" and "items" in form:
-        least = min(form.get("minItems", 0), _ITEMS)
-        most = form["maxItems"] if form.get("minItems") == form["maxItems"] else _ITEMS
-        return {"type": "array", "items": _value(form["items"], at_hand), "minItems": least, "maxItems": most}
+        fixed = form["minItems"] == form["maxItems"]
+        least, most = form["minItems"], form["maxItems"] if fixed else most
+        return {"type": "array", "items": _value(form["items"], texts, most), "minItems": least, "maxItems": most}
     if form.get("type") == "string":
-        return {"enum": [*at_hand]} if at_hand else {"type": "string", "maxLength": _TEXT}
+        return {"enum": [*texts]} if texts else {"type": "string", "maxLength": _TEXT}
     return {**form}

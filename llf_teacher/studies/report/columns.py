@@ -27,7 +27,7 @@ CHECKED = (*_FLAT, Label.HEDGED)
 _SUMMED = (
     *("success", "regret", "turns", "words", "parse_failures", "claims", "claims_held", "advised", "followed"),
     *("unchecked", "changes", *READINGS, "unbuilt", "withheld"),
-    *("taught", "taught_cut", "taught_empty", "taught_repeats", "taught_seconds"),
+    *("teacher_answers", "teacher_cut", "teacher_empty", "teacher_repeats", "teacher_seconds"),
     *(f"said_{kind}" for kind in KINDS),
     *CHECKED,
 )

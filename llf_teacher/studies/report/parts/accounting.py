@@ -123,9 +123,9 @@ def _account(teacher: str, mine: Sequence[Sums], uptake: float | None) -> Accoun
 
 def _model_answers(mine: Sequence[Sums]) -> ModelAnswers | None:
     """The answers of a model in the teacher's seat; None without one."""
-    names = ("taught", "taught_cut", "taught_empty", "taught_repeats", "unbuilt", "withheld")
+    names = ("teacher_answers", "teacher_cut", "teacher_empty", "teacher_repeats", "unbuilt", "withheld")
     count, *counts = (int(added(mine, name)) for name in names)
-    return ModelAnswers(count, *counts, added(mine, "taught_seconds") / count) if count else None
+    return ModelAnswers(count, *counts, added(mine, "teacher_seconds") / count) if count else None
 
 
 def _own_words(sums: Mapping[str, int]) -> OwnWords | None:
