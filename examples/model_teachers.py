@@ -72,7 +72,7 @@ def measure(folder: Path, model: str, knows: str, args: argparse.Namespace) -> l
 
 
 def count(turns: list[dict[str, Any]]) -> Counter[str]:
-    """What the model said in an episode, after the opening."""
+    """What the model said in an episode, before the first action, too."""
     found: Counter[str] = Counter()
     for turn in turns:
         reply = turn["reply"]

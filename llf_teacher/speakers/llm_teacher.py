@@ -26,7 +26,7 @@ SAYS = ("claims", "both", "words")
 """The form of the model's answers: claims, which are checked and which the voice words; claims and its own words for
 them; or words alone."""
 _SYSTEM = (
-    "You teach a student that acts in a world. After each of its actions, {ask}\n\nThe student's task:\n{instruction}"
+    "You teach a student that acts in a world. Before each of its actions, {ask}\n\nThe student's task:\n{instruction}"
 )
 _ASK = {
     "claims": 'answer with JSON: "claims" lists what the student should hear, most helpful first.',
@@ -37,7 +37,8 @@ _ASK = {
     "words": "tell it in one sentence what to do next.",
 }
 _LISTING = '\n\nEach claim is an object with its "type" and its fields. The types:\n{listing}'
-_TURN = "It did: {action}\nReward: {reward:g}\nIt sees:\n{state}"
+_DID = "It did: {action}\nReward: {reward:g}\n"
+_SEES = "It sees:\n{state}"
 _TRUE = "\n\nTrue now:\n{claims}"
 _ORDER = (FP, FN, HP, HN, R)  # so that advice is not left out where few claims can be said
 _SEEN = (Reward, Paid, Solved, TryAgain)  # what a student sees without a teacher
@@ -68,18 +69,25 @@ class ModelPolicy:
         """Its last answer; None if the model was not asked in this turn."""
 
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> str | Message:
-        """The model's words or claims; in the first turn the instruction, after a text without an action the notice."""
+        """The model's words or claims, before the first action advice after the instruction.
+
+        Without the model: the instruction, if the student hears no advice or the model says words alone; the notice
+        after a text that is no action.
+        """
         moment, suggestion, spec, vocabulary = info["moment"], info["suggestion"], self._spec, info["vocabulary"]
         self.withheld, self.usage, self.reply = (), None, None
+        advice = tuple(atom for atom in suggestion.atoms if atom.kind in (FP, FN))
         if not moment.turn:
-            self._instruction = Utterance.of([atom for atom in suggestion.atoms if atom.kind not in (FP, FN)])
-            return self._instruction
+            self._instruction = Utterance.of([atom for atom in suggestion.atoms if atom not in advice])
+            if spec.says == "words" or vocabulary.kinds.isdisjoint((FP, FN)):
+                return self._instruction
         if isinstance(moment.action, ParseFailure):
             return Utterance.of([atom for atom in suggestion.atoms if atom.kind is None])
-        seen = _TURN.format(reward=moment.reward, **observation)
-        known = _Known(suggestion.atoms if spec.knows == "claims" else (), vocabulary)
+        said_so = suggestion.atoms if moment.turn else advice
+        known = _Known(said_so if spec.knows == "claims" else (), vocabulary)
+        seen = ((_DID if moment.turn else "") + _SEES).format(reward=moment.reward, **observation)
         asked = seen
-        if spec.knows == "claims" and suggestion:
+        if spec.knows == "claims" and said_so:
             lines = [json.dumps(each, ensure_ascii=False) for each in known.claims]
             asked += _TRUE.format(claims=f"{suggestion}" if spec.says == "words" else "\n".join(lines))
         form = "text" if spec.says == "words" else self._model.form(spec.answer).name
@@ -101,11 +109,16 @@ class ModelPolicy:
                 self._system += _LISTING.format(listing=vocabulary.listing())
         fields, needed = None, _WORDS
         if spec.says != "words":
-            schema = message_schema(vocabulary, moment, spec.most_claims, known=known.claims, words=spec.says == "both")
+            own = self._worded(moment)
+            schema = message_schema(vocabulary, moment, spec.most_claims, known=known.claims, words=own)
             fields, needed = claims_form(form, schema), min(_FORM + longest(schema), _MOST)
         past = self._past[-2 * spec.history :] if spec.history else []
         system, asked = {"role": "system", "content": self._system}, {"role": "user", "content": question}
         return self._model.answer([system, *past, asked], fields, needed)
+
+    def _worded(self, moment: Moment[Any]) -> bool:
+        """Whether a message has its own words; not in the opening, whose advice is told apart by its claims."""
+        return self._spec.says == "both" and moment.turn > 0
 
     def _words(self, answer: Answer) -> str:
         """The words of an answer, without a sentence that was cut."""
@@ -121,8 +134,14 @@ class ModelPolicy:
         found = find_message(words)
         message = vocabulary.read(words if found is None else known.read(found), moment)
         claims = tuple(dict.fromkeys(message.claims))
+        if not moment.turn and (early := [claim for claim in claims if claim.kind not in (FP, FN)]):
+            problems = [
+                f"before the first action a claim must be advice (fp, fn), got {claim!r:.60}" for claim in early
+            ]
+            claims = tuple(claim for claim in claims if claim not in early)
+            message = message._replace(problems=(*message.problems, *problems))
         if not self._spec.filter:
-            return message._replace(claims=claims, text=message.text if self._spec.says == "both" else "")
+            return message._replace(claims=claims, text=message.text if self._worded(moment) else "")
         kept, problems = [], list(message.problems)
         for claim in claims:
             try:
@@ -253,5 +272,5 @@ class LLMTeacher(AsksModel, Speaker):
 
     def facts(self) -> dict[str, Any]:
         """The prompts, each with its SHA-256, and what identifies a model of this machine."""
-        prompts = {"system": _SYSTEM.replace("{ask}", _ASK[self.says]), "turn": _TURN + _TRUE}
+        prompts = {"system": _SYSTEM.replace("{ask}", _ASK[self.says]), "turn": _DID + _SEES + _TRUE}
         return prompt_facts(prompts | ({} if self.says == "words" else {"types": _LISTING})) | self.model_facts()
