@@ -243,7 +243,7 @@ def test_a_model_teaches(tmp_path, knows):
 
 def test_a_text_that_is_no_action_is_answered_without_the_model():
     with ScriptedEndpoint(teach) as server:
-        spec = f"llm_teacher(model='m', base_url='{server.url}')"
+        spec = f"llm_teacher(model='m', base_url='{server.url}', says='words')"
         study = Study(teachers=[spec], **(GRID | {"students": [chat_student(lambda prompt: "hm")]}))
         record = play(next(study.episodes()))
     assert record.episode.parse_failures == 3

@@ -36,7 +36,7 @@ class OwnWords(NamedTuple):
 class ModelAnswers(NamedTuple):
     """The answers of a model in the teacher's seat."""
 
-    count: int
+    answers: int
     cut: int
     """Number of answers that were cut at the greatest length."""
     empty: int
@@ -123,9 +123,13 @@ def _account(teacher: str, mine: Sequence[Sums], uptake: float | None) -> Accoun
 
 def _model_answers(mine: Sequence[Sums]) -> ModelAnswers | None:
     """The answers of a model in the teacher's seat; None without one."""
-    names = ("teacher_answers", "teacher_cut", "teacher_empty", "teacher_repeats", "unbuilt", "withheld")
-    count, *counts = (int(added(mine, name)) for name in names)
-    return ModelAnswers(count, *counts, added(mine, "teacher_seconds") / count) if count else None
+    answers = int(added(mine, "teacher_answers"))
+    if not answers:
+        return None
+    names = ("teacher_cut", "teacher_empty", "teacher_repeats", "unbuilt", "withheld")
+    cut, empty, repeats, unbuilt, withheld = (int(added(mine, name)) for name in names)
+    seconds = added(mine, "teacher_seconds") / answers
+    return ModelAnswers(answers, cut, empty, repeats, unbuilt, withheld, seconds)
 
 
 def _own_words(sums: Mapping[str, int]) -> OwnWords | None:
