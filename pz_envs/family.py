@@ -95,6 +95,8 @@ class Family(Subject):
     """The warning for users of an alias."""
     extra: str = field(default="")
     """The extra of the distribution that the world needs; empty: none."""
+    python_below: tuple[int, int] | None = None
+    """The first version of Python for which a package that the world needs has no wheel; None: there is none."""
     distribution: str = "llf-teacher"
     """The distribution; for a plug-in, the entry point sets this field and the next two."""
     version: str = ""
@@ -119,11 +121,19 @@ class Family(Subject):
         except ModuleNotFoundError as error:
             ours = self.extra and self.distribution == "llf-teacher"
             other = f"{self.distribution}[{self.extra}]" if self.extra else self.distribution
-            remedy = pip_install(self.extra) if ours else f"pip install '{other}'"
+            remedy = "run: " + (pip_install(self.extra) if ours else f"pip install '{other}'")
+            if below := self._python_needed:
+                remedy = f"it has no wheel for Python {below} and later: use an older one"
             raise ModuleNotFoundError(
-                f"the family {self.name!r} needs {error.name!r}, which is not installed; run: {remedy}",
+                f"the family {self.name!r} needs {error.name!r}, which is not installed; {remedy}",
                 name=error.name,
             ) from error
+
+    @property
+    def _python_needed(self) -> str:
+        """The version of Python that must not be reached, if this one is not older; else empty."""
+        below = self.python_below
+        return f"{below[0]}.{below[1]}" if below and sys.version_info[:2] >= below else ""
 
     def make_world(self, /, **options: Any) -> "World[Any]":
         """A world.
@@ -231,9 +241,9 @@ class Family(Subject):
         return self.name
 
     def missing(self) -> str:
-        """Why the family cannot be played here: an extra is not installed. Empty if it can."""
+        """Why the family cannot be played here: what it needs is not installed. Empty if it can."""
         try:
-            if self.extra:
+            if self.extra or self._python_needed:
                 self.oracle_class()
         except ModuleNotFoundError as error:
             return f"{error}"

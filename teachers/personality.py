@@ -298,9 +298,12 @@ class Pipeline(Personality):
         return any(stage.elsewhere for stage in self.stages)
 
     @property
-    @override
     def reveals(self) -> bool:
-        return all(stage.reveals for stage in self.stages)
+        """Whether a stage reveals actions that no later one keeps back; one with a plan needs none before it."""
+        revealed = True
+        for stage in self.stages:
+            revealed = stage.reveals and (revealed or "plan" in stage.needs)
+        return revealed
 
     def __str__(self) -> str:
         return " | ".join(map(str, self.stages))

@@ -67,6 +67,12 @@ VERDICTS = {
 """The verdict for each label of a checked claim."""
 
 
+def verdict_of(label: Label, elsewhere: bool | None) -> VerdictWord:
+    """The verdict for a label; for a claim of another lesson also whether it holds there."""
+    here = VERDICTS[label]
+    return here if elsewhere is None else here._replace(word=f"{here.word} here, {str(elsewhere).lower()} elsewhere")
+
+
 def kind_word(kind: FeedbackType | None, opening: bool = False) -> str:
     """The word of a sentence's kind; a sentence of no kind is an instruction at the opening, and later just words."""
     return KIND_WORDS[kind] if kind is not None or opening else "words"

@@ -65,21 +65,33 @@ def print_table(*rows: Sequence[str]) -> None:
     print()
 
 
-def print_verdict(effects: Sequence[Effect]) -> None:
-    """Print the test of each effect against the smallest that counts, and the verdict over all.
+def verdicts_of(effects: Sequence[Effect], declared: int = 0) -> list[str]:
+    """Print the test of each effect against the smallest that counts, and return the verdicts: yes, no or open.
 
-    The tests are two-sided sign-flip tests over seeds, with Holm's correction for all effects. An effect is found if
-    it is significantly greater than the smallest that counts, not found if significantly smaller, else open.
+    The tests are two-sided sign-flip tests over seeds, with Holm's correction for all effects that were declared, at
+    least those that are given. An effect is found if it is significantly greater than the smallest that counts, not
+    found if significantly smaller, else open.
     """
     tests = [paired_difference(each.seen, each.least) for each in effects]
+    adjusted = holm([*(test.p for test in tests), *[1.0] * (declared - len(tests))])
     rows, verdicts = [], []
-    for effect, test, p in zip(effects, tests, holm([test.p for test in tests]), strict=True):
+    for effect, test, p in zip(effects, tests, adjusted, strict=False):
         verdicts.append("open" if p >= 0.05 else "yes" if test.estimate.mean > 0 else "no")
         rows.append([effect.expects, f"{effect.least.mean():.2f}", cell(effect.seen), p_words(p), verdicts[-1]])
     print_table(["expected", "smallest that counts", "seen", "p after Holm", "verdict"], *rows)
-    verdict = "no" if "no" in verdicts else "open" if "open" in verdicts else "yes"
+    return verdicts
+
+
+def together(verdicts: Sequence[str]) -> str:
+    """The verdict over several effects."""
+    return "no" if "no" in verdicts else "open" if "open" in verdicts else "yes"
+
+
+def print_verdict(effects: Sequence[Effect]) -> None:
+    """Print the test of each effect, see `verdicts_of`, and the verdict over all."""
+    verdicts = verdicts_of(effects)
     found, seeds = verdicts.count("yes"), len(effects[0].seen)
-    print(f"Verdict: {verdict} ({found} of {len(verdicts)} effects found, {seeds} seeds)")
+    print(f"Verdict: {together(verdicts)} ({found} of {len(verdicts)} effects found, {seeds} seeds)")
 
 
 def draw_line(axes: Any, places: Sequence[float], columns: np.ndarray, label: str) -> None:

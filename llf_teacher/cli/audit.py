@@ -142,7 +142,10 @@ def _audits(jobs: list[tuple[Any, ...]], workers: int | None) -> Iterator["Audit
         yield _audit(*jobs[0])
         return
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(min(workers or os.cpu_count() or 1, len(jobs)), mp_context=context) as pool:
+    from llf_teacher.studies.execution.executors import end_with_parent
+
+    most = min(workers or os.cpu_count() or 1, len(jobs))
+    with ProcessPoolExecutor(most, mp_context=context, initializer=end_with_parent) as pool:
         futures = [pool.submit(_audit, *job) for job in jobs]
         try:
             for future in as_completed(futures):
@@ -326,6 +329,8 @@ def _print(found: list["Audit"]) -> None:
             "Bits of feedback in a turn and in a word, regret of the next action that it saves in a turn and by a bit; "
             "> where some claims say at least so much."
         )
+    if reworded := sum(each.reworded for each in found):
+        console.print(f"{reworded:,} sentences are no shipped paraphrase of their claim; nobody checked these words.")
     if changes:
         console.print("Changed: sentences in which the voice changed a number or a name.")
     for each in found:

@@ -29,7 +29,8 @@ def film(
     theme: Annotated[str, typer.Option(help="Colours: light or dark.")] = "light",
     seconds: Annotated[float, typer.Option(help="Seconds that each turn is shown.", min=0.02)] = 1.5,
     bits: Annotated[
-        int, typer.Option(min=0, metavar="WORLDS", help="Show how much each claim says, by so many worlds.")
+        int,
+        typer.Option(min=0, max=100_000, metavar="WORLDS", help="Show how much each claim says, by these worlds."),
     ] = 0,
     plain: Annotated[
         bool,

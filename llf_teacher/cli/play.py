@@ -23,7 +23,7 @@ from teachers.atoms import KINDS, ParseFailure
 from teachers.feedback import number_of, parse_kinds
 from teachers.spec import unknown
 from teachers.terminal import Waiting
-from teachers.words import KIND_MEANINGS, KIND_WORDS, VERDICTS, VerdictWord, kind_word
+from teachers.words import KIND_MEANINGS, KIND_WORDS, VERDICTS, VerdictWord, kind_word, verdict_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -263,7 +263,7 @@ def _show_turn(console: Console, row: "TurnRow", family: str) -> None:
         console.print(f"reward: {row.reward:.4g}")
     _put_beside(console, Text("sees: ", "dim"), Text(escape_control_chars(row.observation), "dim"))
     said: list[tuple[Any, str, VerdictWord | None]]
-    said = [(each["kind"], each["text"], VERDICTS[each["label"]]) for each in turn["atoms"]]
+    said = [(each["kind"], each["text"], verdict_of(each["label"], each.get("elsewhere"))) for each in turn["atoms"]]
     said += [(each["kind"], each["text"], VERDICTS.get(each["label"])) for each in turn["own"]]
     if not said and (words := row.instruction if not row.turn else row.feedback):
         said = [(None, words, None)]

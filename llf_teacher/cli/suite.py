@@ -1,6 +1,8 @@
 """`llf suite`: what a student can do with feedback, as a card."""
 
 import os
+import shlex
+import sys
 import warnings
 from pathlib import Path
 from typing import Annotated
@@ -40,7 +42,8 @@ def suite(
     ] = None,
     only: Annotated[list[str] | None, typer.Option(help="Experiment to take; repeat it for several.")] = None,
     quick: Annotated[
-        bool, typer.Option("--quick", help="Take the four experiments that tell most, with fewer seeds.")
+        bool,
+        typer.Option("--quick", help="Take the four experiments that tell most, in fewer worlds, within 20 minutes."),
     ] = False,
     key: Annotated[str, typer.Option(help="Text from which other seeds are drawn.")] = "",
     store: Annotated[Path, typer.Option(help="SQLite file for the episodes; an interrupted suite is resumed.")] = STORE,
@@ -66,27 +69,35 @@ def suite(
     from llf_teacher.suite import take
     from llf_teacher.suite.card import FINDS, check_file
     from llf_teacher.suite.estimate import estimate
+    from llf_teacher.suite.taking import Outlook, is_model
 
     search_here()
+    command = escape_control_chars(shlex.join(["llf", *sys.argv[1:]]))
     if budget is not None:
         os.environ[BUDGET] = f"{budget}"
     for path in card or ():
         check_file(path)
     console = Console(emoji=False, stderr=True, markup=False)
     console.print(f"The student plays {estimate(student, only or (), quick, key)}, less what {store} has already,")
-    console.print("and the references, whose scores are the units, play as well.")
-    if store.exists() and ":" in student:
+    console.print("and the references, whose scores are the units, play as well. The first episodes measure the speed.")
+    if store.exists() and ":" in student and not is_model(student):
         console.print("If your code has changed since, give another --store: episodes are known by their spec.")
-    with StudyProgress(console) as progress, warnings.catch_warnings():
+    with StudyProgress(console, measured=True) as progress, warnings.catch_warnings():
         warnings.filterwarnings("ignore", message=r"\d+ of \d+ episodes failed")  # the card gives the reason
+
+        def announce(outlook: Outlook) -> None:
+            console.print(f"{outlook}", highlight=False)
+            console.print(f"Ctrl-C ends it; the same command goes on: {command}", highlight=False, soft_wrap=True)
+
         try:
-            found = take(student, store, only or (), quick, key, workers, progress, turn_seconds)
+            found = take(student, store, only or (), quick, key, workers, progress, turn_seconds, announce)
         except StudyError as error:
             errors.print(escape_control_chars(f"{error.trace}llf: {error}"))
             errors.print(f"The episodes so far are in {store}; the next run goes on from there.")
             raise typer.Exit(1) from None
         except KeyboardInterrupt:
-            errors.print(f"Interrupted. The episodes so far are in {store}; the same command goes on.")
+            errors.print(f"Interrupted. The episodes so far are in {store}; the same command goes on:")
+            errors.print(command, soft_wrap=True)
             raise
     for path in card or ():
         found.write(path)
@@ -95,7 +106,14 @@ def suite(
     table = Table(*heads, title=escape_control_chars(found.student), caption=FINDS)
     for row in rows:
         table.add_row(*row)
-    result = Console(emoji=False, markup=False)
+    result = Console(emoji=False, markup=False, highlight=False)
+    for line in found.lines:
+        result.print(
+            escape_control_chars(f"{line.name}: {line.asked} {line.did} ({line.measured}.) {line.answers.words}")
+        )
+        if line.answers.episode:
+            read = shlex.join(["llf", "study", "transcript", f"{store}", line.answers.episode[:12]])
+            result.print(escape_control_chars(f"  a lesson: {read}"), soft_wrap=True)
     result.print(table)
     for sentence in found.sentences():
         result.print(escape_control_chars(f"- {sentence}"))

@@ -63,6 +63,8 @@ def diff(
 
     console = Console(emoji=False, record=html is not None, markup=False, highlight=False, soft_wrap=True)
     with Store(first, read_only=True) as one, Store(second, read_only=True) as other:
+        one.check()
+        other.check()
         _show(compare(one, other), (f"{first}", f"{second}"), console)
     if html is not None:
         console.save_html(f"{html}")

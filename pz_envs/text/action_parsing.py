@@ -166,7 +166,9 @@ def _fits(remark: str, action: Any, world: World[Any]) -> bool:
     Raises:
         TwoActions: they name another action.
     """
-    if _CAUSE.match(remark) or _BUT_NOT.match(remark):
+    if (cause := _CAUSE.match(remark)) and world.action_words:  # as in `north to south`
+        return _chosen(remark[cause.end() :], 0, world, _DEPTH) in (None, action)
+    if cause or _BUT_NOT.match(remark):
         return True
     own = {part for word in world.action_words for part in word.split()}
     trailing = (_TRAILING | set(world.action_fillers)) - own
@@ -187,12 +189,9 @@ def _fits(remark: str, action: Any, world: World[Any]) -> bool:
         return False
     bare = remark.strip(f"{_AROUND}()[],.;:=!\u2013\u2014-") if "[" not in remark else remark.strip(f"{_AROUND},.;:=!-")
     pieces = [bare, *re.split(r"[,;()]|\b(?:and|or|then)\b", remark), *re.findall(r"\[[^\[\]]*\]", remark)]
-    same = the_one([action, *(_chosen(piece, 0, world, _DEPTH) for piece in pieces[:_PIECES])])
-    return same is not None and (
-        remark.lstrip()[0] not in "-="
-        or bare.split()[0] in ("a", "an", "the")
-        or _chosen(bare, 0, world, _DEPTH) is not None
-    )
+    the_one([action, *(_chosen(piece, 0, world, _DEPTH) for piece in pieces[:_PIECES])])
+    other = remark.lstrip()[0] in "-=" and not bare.startswith(("a ", "an ", "the "))
+    return not other or _chosen(bare, 0, world, _DEPTH) is not None
 
 
 # Actions without other words.
@@ -286,7 +285,14 @@ def _listing(names: tuple[str, ...]) -> re.Pattern[str]:
 
 
 def from_json(value: Any, world: World[Any], depth: int = 0) -> Any:
-    """The action of a JSON value; None: it is no action."""
+    """The action of a JSON value; None: it is no action, or nested too deeply."""
+    try:
+        return _from_value(value, world, depth)
+    except RecursionError:
+        return None
+
+
+def _from_value(value: Any, world: World[Any], depth: int) -> Any:
     if isinstance(value, str):
         return read_line(value, world, depth + 1) if depth < _DEPTH else None
     if isinstance(value, dict):

@@ -23,7 +23,7 @@ def lesson(people, id=GRID, student=None, **settings):
 
 
 @pytest.mark.parametrize("id", IDS.values())
-@pytest.mark.parametrize("teacher", ["oracle", "mistake(eps=0.5) | delayed(turns=1)"])
+@pytest.mark.parametrize("teacher", ["oracle", "mistake(eps=0.5) | delayed(turns=1)", "misaligned"])
 def test_a_turn_that_is_taken_back_has_not_been(id, teacher):
     def fresh():
         return lesson({STUDENT}, id, teacher=teacher)

@@ -111,7 +111,9 @@ def test_what_is_not_supported_is_a_value_error(settings, match):
         llf_teacher.teach(gymnasium.make(CART), **settings)
 
 
-@pytest.mark.parametrize("teacher", ["retry_only", "placebo", "mix", "mistake(eps=1)", "delayed", "silent"])
+@pytest.mark.parametrize(
+    "teacher", ["retry_only", "placebo", "misaligned", "mix", "mistake(eps=1)", "delayed", "silent"]
+)
 @pytest.mark.parametrize("feedback_type", ["a", "m", "n", "r"])
 def test_rewards_alone_with_every_personality(teacher, feedback_type):
     env = llf_teacher.teach(gymnasium.make(CART), teacher=teacher, feedback_type=feedback_type)

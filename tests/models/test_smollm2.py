@@ -11,12 +11,14 @@ from local_models import ends, gguf
 
 import llf_teacher
 from llf_teacher.models import LLMError, NoAnswerError
+from llf_teacher.models.cache import spending
 from llf_teacher.models.local import catalogue, endpoint
 from llf_teacher.models.local.server import servers
 from llf_teacher.models.model import Model, ModelSettings
 from llf_teacher.speakers.llm_teacher import LLMTeacher
 from llf_teacher.students.conversation import Conversation
 from llf_teacher.studies import load
+from llf_teacher.suite import take
 from pz_envs.text.answer_formats import THOUGHT
 from pz_envs.text.message_formats import FEW_CLAIMS
 
@@ -88,6 +90,27 @@ def test_a_study_is_played_and_recomputed_without_a_server(tmp_path):
     with load(tmp_path / "again.db") as recomputed:
         assert sorted(recomputed.rows(), key=lambda row: row["key"]) == before
     assert not endpoint._connected or all(each._lease is None for each in endpoint._connected.values())
+
+
+def test_the_suite_says_how_long_it_takes_and_goes_on(tmp_path, monkeypatch):
+    """It is ended after the measurement: two lessons of five turns."""
+
+    def stop(outlook):
+        outlooks.append(outlook)
+        raise KeyboardInterrupt
+
+    outlooks, spent = [], []
+    monkeypatch.setenv("LLF_LLM_CACHE", f"{tmp_path / 'answers.db'}")
+    for _ in range(2):
+        with pytest.raises(KeyboardInterrupt):
+            take(STUDENT, tmp_path / "it.db", (), quick=True, announce=stop)
+        spent.append(sum(each["requests"] for each in spending(f"{tmp_path / 'answers.db'}")))
+    assert spent[0] >= 10
+    assert spent[1] == spent[0]  # the second run knows the speed from the first
+    for each in outlooks:
+        assert "advice" in each.names
+        assert each.episodes >= 16
+        assert each.seconds > 5 * min(each.turn_seconds.values()) > 0
 
 
 @pytest.mark.parametrize("id", IDS)

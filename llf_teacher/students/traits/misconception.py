@@ -1,9 +1,7 @@
 """misconception(p): holds one false belief, and acts on it until words correct that belief."""
 
 import dataclasses
-from collections.abc import Hashable
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 from llf_teacher.students.scene import BareSentence, Scene
@@ -84,16 +82,14 @@ class Misconception(Trait):
             return bool(claim.that == believed)
         if isinstance(claim, ActionClaim):
             return claim.kind in (HN, FN) and bool(claim.action == believed)
-        cls: Hashable = type(claim)
-        if claim.kind is not HN or atom.about_turn not in scene.memory.get("turns", ()) or _is_general(cls):
+        if claim.kind is not HN or atom.about_turn not in scene.memory.get("turns", ()) or _is_general(claim):
             return False
         texts = [text for field in dataclasses.fields(claim) if isinstance(text := getattr(claim, field.name), str)]  # type: ignore[arg-type]
         return not texts or any(text in str(believed) for text in texts)
 
 
-@cache
-def _is_general(cls: type[Claim[Any]]) -> bool:
-    """Whether a class of claims fits every task, or its family has blame with an action."""
-    if cls in common.CLAIMS or cls.tried:
+def _is_general(claim: Claim[Any]) -> bool:
+    """Whether a claim fits every task, or its family has blame with an action."""
+    if type(claim) in common.CLAIMS or claim.tried:
         return True
-    return any(issubclass(each, ActionClaim) and each.kind is HN for each in claims_of(cls.__module__))
+    return any(issubclass(each, ActionClaim) and each.kind is HN for each in claims_of(type(claim).__module__))

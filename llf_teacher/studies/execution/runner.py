@@ -6,7 +6,7 @@ import os
 import platform
 import re
 from bisect import bisect_right
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from importlib import metadata
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
@@ -92,6 +92,10 @@ class RunOptions(NamedTuple):
     """Whether to play again episodes that failed in an earlier run."""
     fail_fast: bool = False
     """Whether to begin no more episodes after a failure."""
+    keys: Collection[str] | None = None
+    """Keys of the episodes to play; None: all."""
+    on_episode: Callable[[EpisodeSpec, Packed | None], object] | None = None
+    """Called with each episode at its end, None if it failed."""
 
     def engine(self, workers: int | None, waits: bool = False) -> str:
         """Name of the executor.
@@ -161,7 +165,7 @@ def play_missing(
     """
     options.limits.check()
     with lock_store(store.path):
-        store.check()
+        store.check_rows()
         silent: Callable[..., None] = lambda *_: None  # noqa: E731 (of two callbacks)
         try:
             return _Run(study, store, options, progress or silent, environment or {}, on_interim or silent).play(
@@ -233,8 +237,9 @@ class _Run:
         return self._played
 
     def _specs(self) -> Iterator[EpisodeSpec]:
-        shard = self._options.shard
-        return itertools.islice(self._study.episodes(), shard.number - 1, None, shard.of)
+        shard, keys = self._options.shard, self._options.keys
+        specs = itertools.islice(self._study.episodes(), shard.number - 1, None, shard.of)
+        return specs if keys is None else (spec for spec in specs if spec.key in keys)
 
     def _is_there(self, spec: EpisodeSpec) -> bool:
         return not self._fresh and self._store.has(spec.key)
@@ -310,7 +315,7 @@ class _Run:
         if isinstance(result, Lost):
             result = failure(*result)
         if isinstance(result, Packed):
-            self._store.add_packed(spec, *result)
+            self._store.add_packed(spec, result.episode, result.turns)
             self._played += 1
         elif isinstance(result, Stop):
             self._error = self._error or StudyError(result.error)
@@ -322,6 +327,8 @@ class _Run:
                 self._first.trace = result.trace
             if self._options.fail_fast:
                 self._error = self._error or self._first
+        if self._options.on_episode and not isinstance(result, Stop):
+            self._options.on_episode(spec, result if isinstance(result, Packed) else None)
 
     def _failures(self, tally: _Tally) -> EpisodeError | None:
         """The error that reports failed episodes; None without any."""

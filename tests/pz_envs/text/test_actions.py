@@ -294,6 +294,15 @@ def test_a_huge_text_returns(name):
             assert type(check(answer, world)) is ParseFailure or isinstance(world.action_space, spaces.Text), piece
 
 
+@pytest.mark.parametrize("name", WORLDS)
+@pytest.mark.parametrize("nested", [("[", "]"), ('{"action": ', "}"), ("(", ")"), ("{'a': [", "]}")])
+def test_deep_brackets_are_no_error(name, nested):
+    for depth in (50, 400, 700, 950, 3000):
+        text = f"{nested[0] * depth}0{nested[1] * depth}"
+        for answer in (text, f"Response: {text}", f"north {text}", f"```json\n{text}"):
+            check(answer, WORLDS[name])
+
+
 SLOW = [
     *HUGE,
     "```\n",

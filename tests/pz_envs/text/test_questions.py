@@ -16,6 +16,7 @@ from worlds.testing import plain
         (spaces.Discrete(3, start=2), 5, 4),
         (Prose(), "ask", "go north"),
         (Prose(), "Thought: hm.\nResponse: Ask!", "I ask you to go north"),
+        (Prose(), "Response: ask\nThought: I do not know.", "Response: ask\nResponse: north"),
         (spaces.Box(-1, 1, (2,)), {"action": np.zeros(2, "f4"), ASK: 1}, {"action": np.ones(2, "f4"), ASK: 0}),
         (spaces.Box(-1, 1, (2,)), {"action": np.zeros(2, "f4"), ASK: 1}, (0.25, -1.0)),
     ],

@@ -1,0 +1,242 @@
+"""Can small language models learn from what a teacher says? Three models, a treasure hunt and a ten-armed bandit.
+
+Declared before the first of these seeds was played. The cells of `small_models.toml` are primary: three models, two
+families, 20 seeds of 8 turns, and four teachers: silence, advice (fp), and two controls with as many words, a placebo
+(truisms in place of the advice) and misaligned advice (true advice of another world).
+
+A model's score of a seed against a control is the mean over both families of its regret with the control less that with
+advice, each divided by the mean regret of the `random` student in the family. The score must be above 0.1: a tenth of
+what random actions lose is the smallest effect that counts. Nine effects, three models with three controls, are tested
+by two-sided sign-flip tests over seeds, with Holm's correction for all of them. A model learns from what it is told if
+its three effects are found: advice must be better than silence, than words that say nothing, and than words that are
+not about this world. Whether it learns to do without the teacher is another question.
+
+Twenty seeds were chosen by a pilot of four others (`--pilot`), which decides nothing else.
+
+The cells of `small_models_more.toml`, with five seeds, are exploratory: other kinds of words, words that are always
+wrong, and three other families. No test is made of them.
+
+    python examples/known_results/small_models.py --plot docs/small-models.png --rows docs/small-models.jsonl
+
+plays what the stores lack, and goes on where it was interrupted; answers are kept beside the stores and asked only
+once. `--from docs/small-models.jsonl` prints the same tables without a model.
+"""
+
+import argparse
+import json
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from _shared import TENTH, Effect, cell, print_table, together, verdicts_of
+
+from llf_teacher.studies import Results, Study, run
+from llf_teacher.studies.analysis.power import ALPHA, power
+from llf_teacher.studies.definition.study import load_study
+
+FILES = (Path(__file__).with_suffix(".toml"), Path(__file__).with_name("small_models_more.toml"))
+SEEDS, PILOT = 20, (2900, 2901, 2902, 2903)
+ADVICE, RANDOM = "only(kinds='fp')", "random"
+CONTROLS = {
+    "silent": "silence",
+    "only(kinds='fp') | placebo": "a placebo",
+    "only(kinds='fp') | misaligned": "misaligned advice",
+}
+KEPT = (
+    "id",
+    "family",
+    "teacher",
+    "student",
+    "seed",
+    "turns",
+    "regret",
+    "parse_failures",
+    "truncated",
+    "advised",
+    "followed",
+    "seconds",
+)
+Rows = list[dict[str, Any]]
+Cells = Mapping[tuple[str, str, str], np.ndarray]
+"""Regrets by student, teacher and family, one a seed."""
+
+
+def cells_of(rows: Rows) -> Cells:
+    """The regrets of complete and incomplete cells, in the order of seeds."""
+    found = defaultdict(list)
+    for row in sorted(rows, key=lambda row: row["seed"]):
+        found[row["student"], row["teacher"], row["family"]].append(row["regret"])
+    return {key: np.array(each) for key, each in found.items()}
+
+
+def is_model(student: str) -> bool:
+    """Whether a student asks a model."""
+    return student.startswith("llm(")
+
+
+def effects_of(study: Study, cells: Cells) -> dict[str, list[Effect]]:
+    """The declared effects of each model; none if one of its cells is incomplete."""
+    families = sorted({family for _, _, family in cells})
+    whole = {key for key, each in cells.items() if len(each) == len(study.seeds)}
+    effects: dict[str, list[Effect]] = {student: [] for student in study.students if is_model(student)}
+    for student, mine in effects.items():
+        needed = {(student, teacher, family) for teacher in (ADVICE, *CONTROLS) for family in families}
+        if not needed <= whole:
+            continue
+        for control, name in CONTROLS.items():
+            scores = [
+                (cells[student, control, family] - cells[student, ADVICE, family])
+                / cells[RANDOM, "silent", family].mean()
+                for family in families
+            ]
+            seen = np.mean(scores, axis=0)
+            mine.append(Effect(f"{study.named[student]}: advice against {name}", seen, np.full(len(seen), TENTH)))
+    return effects
+
+
+def print_regrets(study: Study, cells: Cells) -> None:
+    """Print the mean regret of each cell, with its interval where the cell is complete."""
+    families = sorted({family for _, _, family in cells})
+    head = [f"{family}, {study.named[teacher]}" for family in families for teacher in study.teachers]
+    keys = [(teacher, family) for family in families for teacher in study.teachers]
+    rows = []
+    for student in study.students:
+        found = [cells.get((student, *key), np.array([])) for key in keys]
+        rows.append([study.named[student], *(_regret(each, len(study.seeds)) for each in found)])
+    print_table(["regret", *head], *rows)
+
+
+def _regret(values: np.ndarray, seeds: int) -> str:
+    if len(values) == seeds:
+        return cell(values)
+    return f"{values.mean():.2f} ({len(values)} of {seeds} seeds)" if len(values) else "not played"
+
+
+def print_power(effects: Mapping[str, list[Effect]]) -> None:
+    """Print what a pilot says of the power of the test at the first and strictest step of Holm's method."""
+    every = [each for mine in effects.values() for each in mine]
+    rows = []
+    for effect in every:
+        excess = effect.seen - effect.least
+        mean, spread = excess.mean(), max(excess.std(ddof=1), 1e-9)
+        chance = power(SEEDS, mean, spread, ALPHA / len(every))
+        rows.append([effect.expects, f"{effect.seen.mean():.2f}", f"{spread:.2f}", f"{chance:.2f}"])
+    print_table(["effect", "seen", "standard deviation", f"power with {SEEDS} seeds"], *rows)
+
+
+def print_answers(study: Study, rows: Rows) -> None:
+    """Print how the models answered: turns, answers that are no action, cut answers, advice that was followed."""
+    lines = []
+    for student in filter(is_model, study.students):
+        for family in sorted({row["family"] for row in rows}):
+            mine = [row for row in rows if (row["student"], row["family"]) == (student, family)]
+            if not mine:
+                continue
+            total = {name: sum(row[name] or 0 for row in mine) for name in KEPT[5:]}
+            advised = f"{total['followed'] / total['advised']:.0%}" if total["advised"] else "-"
+            lines.append(
+                [
+                    study.named[student],
+                    family,
+                    f"{total['turns']}",
+                    f"{total['parse_failures'] / total['turns']:.1%}",
+                    f"{total['truncated'] / total['turns']:.1%}",
+                    advised,
+                    f"{total['seconds'] / total['turns']:.1f}",
+                ]
+            )
+    print_table(["model", "family", "turns", "no action", "cut", "advice followed", "seconds a turn"], *lines)
+
+
+def draw(study: Study, cells: Cells, path: Path) -> None:
+    """Draw the mean regret of each student with each teacher, as a share of the random student's."""
+    from matplotlib.figure import Figure
+
+    families = sorted({family for _, _, family in cells})
+    students = [student for student in study.students if student != RANDOM]
+    figure = Figure(figsize=(8, 3.4), layout="constrained")
+    colours = ("0.7", "#0b62a4", "#c9a227", "#b3541e")
+    for axes, family in zip(figure.subplots(1, len(families), sharey=True), families, strict=True):
+        unit = cells[RANDOM, "silent", family].mean()
+        for number, (teacher, colour) in enumerate(zip(study.teachers, colours, strict=True)):
+            shares = [cells.get((student, teacher, family), np.array([np.nan])) / unit for student in students]
+            places = np.arange(len(students)) + (number - 1.5) / 5
+            axes.bar(places, [each.mean() for each in shares], 0.2, color=colour, label=study.named[teacher])
+            for place, each in zip(places, shares, strict=True):
+                axes.plot(np.full(len(each), place), each, ".", color="0.2", markersize=2, alpha=0.4)
+        axes.axhline(1, color="0.2", linewidth=0.8, linestyle=":")
+        names = [study.named[student].replace(" ", "\n") for student in students]
+        axes.set(xticks=range(len(students)), xticklabels=names, title=family)
+        axes.tick_params(labelsize=8)
+        axes.spines[["top", "right"]].set_visible(False)
+    figure.axes[0].set_ylabel("regret, 1: random actions")
+    figure.axes[0].legend(fontsize=8)
+    figure.savefig(path, dpi=140)
+
+
+def kept(rows: Iterable[Mapping[str, Any]]) -> Rows:
+    """What the tables need of rows."""
+    return [{name: row[name] for name in KEPT} for row in rows]
+
+
+def main() -> None:
+    """Play what the stores lack, print the tables and the verdict, draw the plot."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--folder", type=Path, default=Path(), help="folder of the stores; by default this one")
+    parser.add_argument("--workers", type=int, default=2, help="episodes at once; by default 2")
+    parser.add_argument("--pilot", action="store_true", help="play four other seeds, and print the power of twenty")
+    parser.add_argument("--no-play", action="store_true", help="print what is there")
+    parser.add_argument("--rows", type=Path, help="file to write the rows to")
+    parser.add_argument("--from", dest="given", type=Path, help="file of rows, in place of stores")
+    parser.add_argument("--plot", type=Path, help="file to draw to")
+    given = parser.parse_args()
+    studies = [load_study(file) for file in FILES]
+    if given.pilot:
+        pilot = replace(studies[0], seeds=PILOT)
+        print_power(effects_of(pilot, cells_of(_played(pilot, given.folder / "small_models_pilot.db", given))))
+        return
+    if given.given:
+        every = [json.loads(line) for line in given.given.read_text().splitlines()]
+        parts = [[row for row in every if row["seed"] in study.seeds] for study in studies]
+    else:
+        parts = []
+        for file, study in zip(FILES, studies, strict=True):
+            store = given.folder / f"{file.stem}.db"
+            parts.append(_played(study, store, given))
+    if given.rows:
+        given.rows.write_text("".join(f"{json.dumps(row)}\n" for rows in parts for row in rows))
+    for number, (study, rows) in enumerate(zip(studies, parts, strict=True)):
+        cells = cells_of(rows)
+        print_regrets(study, cells)
+        print_answers(study, rows)
+        if number:
+            continue
+        effects = effects_of(study, cells)
+        models = list(filter(is_model, study.students))
+        found = verdicts_of([each for mine in effects.values() for each in mine], len(models) * len(CONTROLS))
+        for student in models:
+            mine, found = found[: len(effects[student])], found[len(effects[student]) :]
+            print(f"{study.named[student]} learns from what it is told: {together(mine) if mine else 'not played'}")
+        print()
+        if given.plot:
+            draw(study, cells, given.plot)
+
+
+def _played(study: Study, store: Path, given: argparse.Namespace) -> Rows:
+    if given.no_play:
+        with Results(store) as results:
+            return kept(results.rows())
+
+    def show(done: int, total: int) -> None:
+        print(f"\r{store.name}: {done} of {total} episodes", end="", flush=True)
+
+    with run(study, store, workers=given.workers, progress=show) as results:
+        print()
+        return kept(results.rows())
+
+
+if __name__ == "__main__":
+    main()
