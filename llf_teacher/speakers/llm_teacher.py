@@ -207,8 +207,10 @@ class _Known:
     def _meant(self, field: str, value: Any) -> Any:
         if isinstance(value, list):
             return [self._meant(field, each) for each in value]
-        number = isinstance(value, int | float) and not isinstance(value, bool)
-        return self._exact.get((field, value), value) if number else value
+        if not isinstance(value, int | float) or isinstance(value, bool):
+            return value
+        anywhere = (exact for (_, short), exact in self._exact.items() if short == value)
+        return self._exact.get((field, value), next(anywhere, value))
 
 
 def _kept(said: str | Message, vocabulary: Vocabulary) -> str:
