@@ -135,7 +135,7 @@ def test_a_model_teaches():
         "play", "llf-gridworld-v0", "--student", "random", "--teacher", teacher, "--seed", "3", "--max-turns", "1"
     )
     assert done.returncode == 0, done.stderr
-    assert "The teacher's model gave 1 answers: " in done.stdout
+    assert "The teacher's model gave 2 answers: " in done.stdout
     assert "cut at max_tokens" not in done.stdout
 
 
