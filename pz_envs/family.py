@@ -151,6 +151,13 @@ class Family(Subject):
             raise ValueError(f"{cls.__name__} does not take these options: {hint}")
         return cls(**options)
 
+    @property
+    def code_modules(self) -> tuple[str, ...]:
+        """The modules of a plug-in that declare it and have its classes."""
+        classes = (self.world, self.oracle, self.world_batch, self.oracle_batch, self.picture, self.posterior)
+        named = (each.rpartition(":")[0] for each in classes)
+        return tuple(dict.fromkeys(filter(None, (self.module, *named))))
+
     def elsewhere(self, option: str) -> str:
         """The families whose worlds have an option, to complete a message; empty if no family has it."""
         able = []

@@ -50,10 +50,21 @@ def suite(
     workers: Annotated[
         int | None, typer.Option(min=1, help="Parallel processes; by default one for each core.")
     ] = None,
-    budget: Annotated[float | None, typer.Option(min=0, envvar=BUDGET, help=f"Most USD of a model: {BUDGET}.")] = None,
+    llm_budget: Annotated[
+        float | None,
+        typer.Option(
+            min=0, envvar=BUDGET, help="Most USD that a model may cost for this store, earlier runs included."
+        ),
+    ] = None,
     turn_seconds: Annotated[
         float | None, typer.Option(min=0.001, help="Seconds of a turn, after which an agent that hangs has failed.")
     ] = None,
+    replay_changed: Annotated[
+        bool, typer.Option("--replay-changed", help="Play again the episodes whose student has changed since.")
+    ] = False,
+    keep_old: Annotated[
+        bool, typer.Option("--keep-old", help="Keep these episodes, and mark the card; without either the run stops.")
+    ] = False,
 ) -> None:
     """Take the suite: score what a student does with feedback, one ability an experiment.
 
@@ -64,24 +75,26 @@ def suite(
         return
     if student is None:
         raise typer.BadParameter("give --student SPEC, such as --student obedient, or check or compare")
+    from llf_teacher.studies.execution.changes import choice_of, unseen
     from llf_teacher.studies.execution.progress import StudyProgress
     from llf_teacher.studies.execution.runner import StudyError
     from llf_teacher.suite import take
     from llf_teacher.suite.card import FINDS, check_file
     from llf_teacher.suite.estimate import estimate
-    from llf_teacher.suite.taking import Outlook, is_model
+    from llf_teacher.suite.taking import Outlook
 
     search_here()
+    changed = choice_of(replay_changed, keep_old)
     command = escape_control_chars(shlex.join(["llf", *sys.argv[1:]]))
-    if budget is not None:
-        os.environ[BUDGET] = f"{budget}"
+    if llm_budget is not None:
+        os.environ[BUDGET] = f"{llm_budget}"
     for path in card or ():
         check_file(path)
     console = Console(emoji=False, stderr=True, markup=False)
     console.print(f"The student plays {estimate(student, only or (), quick, key)}, less what {store} has already,")
     console.print("and the references, whose scores are the units, play as well. The first episodes measure the speed.")
-    if store.exists() and ":" in student and not is_model(student):
-        console.print("If your code has changed since, give another --store: episodes are known by their spec.")
+    for line in unseen([student]) if store.exists() else ():
+        console.print(escape_control_chars(line), highlight=False)
     with StudyProgress(console, measured=True) as progress, warnings.catch_warnings():
         warnings.filterwarnings("ignore", message=r"\d+ of \d+ episodes failed")  # the card gives the reason
 
@@ -90,7 +103,7 @@ def suite(
             console.print(f"Ctrl-C ends it; the same command goes on: {command}", highlight=False, soft_wrap=True)
 
         try:
-            found = take(student, store, only or (), quick, key, workers, progress, turn_seconds, announce)
+            found = take(student, store, only or (), quick, key, workers, progress, turn_seconds, announce, changed)
         except StudyError as error:
             errors.print(escape_control_chars(f"{error.trace}llf: {error}"))
             errors.print(f"The episodes so far are in {store}; the next run goes on from there.")

@@ -16,6 +16,7 @@ from llf_teacher.serialization import to_json, write_json_lines
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution import runner
 from llf_teacher.studies.store import Store, StoreError
+from llf_teacher.studies.store.targets import check_target
 from teachers.atoms import Label
 from worlds.extras import pip_install
 
@@ -206,7 +207,7 @@ class Results:
             The number of rows.
 
         Raises:
-            ValueError: another suffix or table.
+            ValueError: another suffix or table, or the file is a store or a study's file.
             ModuleNotFoundError: pyarrow is not installed.
         """
         path = Path(path)
@@ -214,6 +215,7 @@ class Results:
             raise ValueError(f"table must be one of {', '.join(_TABLES)}, got {table!r}")
         if path.suffix not in _WRITERS:
             raise ValueError(f"the file must end in one of {', '.join(_WRITERS)}, got {path.name!r}")
+        check_target(path, "the table", [self.path])
         rows, columns = _TABLES[table]
         return _WRITERS[path.suffix](path, rows(self), columns)
 

@@ -17,6 +17,7 @@ import llf_teacher
 from llf_teacher.escaping import escape_control_chars
 from llf_teacher.studies.analysis.power import least_effect
 from llf_teacher.studies.analysis.statistics import LEAST, Estimate, holm
+from llf_teacher.studies.store.targets import check_target
 from llf_teacher.suite.answers import AnswerSummary
 from llf_teacher.suite.experiment import all_experiments, asked
 from llf_teacher.suite.score import ALPHA, Score
@@ -34,7 +35,7 @@ HEARD = 0.8
 """Least score that counts as the whole ability in words."""
 _WELL = {"obedient": "a scripted student that obeys", "reasoner": "a scripted student that reasons"}
 """References by the beginning of their spec, in plain words."""
-_LATER = ("answers", "left_out")
+_LATER = ("answers", "left_out", "mixed")
 """Fields that cards of earlier releases lack."""
 _COUNTED = ("episodes", "turns", "answers", "input_tokens", "output_tokens", "usd")
 _MOST = 1e12
@@ -134,6 +135,8 @@ class Card:
     versions: Mapping[str, str]
     left_out: Mapping[str, str] = field(default_factory=dict)
     """Experiments that the quick suite left out for want of time, each with the reason."""
+    mixed: Mapping[str, str] = field(default_factory=dict)
+    """Students and teachers whose code changed between the episodes, each with how many of each version."""
 
     @classmethod
     def of(
@@ -148,7 +151,7 @@ class Card:
     ) -> Self:
         """The card of scores, by name as what was asked, from the rows of episodes and failures of this and others.
 
-        Summaries of answers are by name, too. Settings are `suite`, `digest`, `key`, `quick` and `left_out`.
+        Summaries of answers are by name, too. Settings are `suite`, `digest`, `key`, `quick`, `left_out` and `mixed`.
         """
         played, failed = ([row for row in each if row["student"] == student] for each in (rows, lost))
         cost = {name: math.fsum(row.get(name) or 0 for row in played) for name in _COUNTED}
@@ -183,6 +186,10 @@ class Card:
         After the first comes a sentence for each ability with different results beside placebo and silence. Abilities
         in whose lessons many answers failed are not called missing; a sentence has them, and one what was answered.
         """
+        several = [f"Not one result: {words}." for words in self.mixed.values()]
+        return several + self._findings()
+
+    def _findings(self) -> list[str]:
         measured = [each for each in self.lines if each.score is not None]
         if not measured:
             return ["Nothing was measured.", *self._failed(), *self._not_asked()]
@@ -362,6 +369,7 @@ def check_file(path: Path) -> None:
         raise FileNotFoundError(f"the folder {path.absolute().parent} of the card does not exist; make it first")
     if path.is_dir() or not os.access(path if path.exists() else path.absolute().parent, os.W_OK):
         raise ValueError(f"cannot write the card to {path}: give a file that you may write")
+    check_target(path, "the card")
 
 
 def _read(type_: Any, value: Any, where: str, ends: tuple[float, float] = (-_MOST, _MOST)) -> Any:

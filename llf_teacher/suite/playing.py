@@ -10,6 +10,7 @@ from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.models.local.options import slots
 from llf_teacher.studies import load
 from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution import changes
 from llf_teacher.studies.execution.limits import Limits
 from llf_teacher.studies.execution.runner import EpisodeError, RunOptions, StudyError, asks_here, play_missing
 from llf_teacher.studies.execution.worker import Packed
@@ -30,6 +31,7 @@ class SuitePlayer:
         workers: as in `llf_teacher.studies.run`.
         progress: called now and then; None: nobody is.
         turn_seconds: time limit of a turn; None: no limit.
+        changed: what becomes of stored episodes whose student has changed, one of `changes.CHOICES`.
     """
 
     def __init__(
@@ -39,7 +41,9 @@ class SuitePlayer:
         workers: int | None = None,
         progress: Progress | None = None,
         turn_seconds: float | None = None,
+        changed: str = changes.STOP,
     ) -> None:
+        self._changed = changed
         self._store, self._student, self._workers, self._progress = Path(store), student, workers, progress
         self._limits = Limits(turn_seconds=turn_seconds)
         self._failed: set[str] = set()
@@ -52,7 +56,15 @@ class SuitePlayer:
         """Keys of the student's episodes that are in the store."""
 
     def begin(self, studies: Sequence[Study]) -> None:
-        """Take the episodes of these studies as all that is to be played, for the progress."""
+        """Take the episodes of these studies as all that is to be played, for the progress.
+
+        Raises:
+            StoreError: the code of the student has changed since some of them were played, and a run is to stop then.
+        """
+        if self._store.exists():
+            with Store(self._store) as store:
+                for study in studies:
+                    changes.settle(study, store, study.episodes, self._changed)
         specs = {spec.key: spec for study in studies for spec in study.episodes()}
         there = self._stored(specs)
         self._todo = {key: spec for key, spec in specs.items() if key not in there and key not in self._failed}
@@ -100,7 +112,9 @@ class SuitePlayer:
             self._play(study, {spec.key for spec in study.episodes()} - self._failed)
 
     def _play(self, study: Study, keys: set[str]) -> None:
-        options = RunOptions(limits=self._limits, retry_failed=True, keys=keys, on_episode=self._ended)
+        options = RunOptions(
+            limits=self._limits, retry_failed=True, keys=keys, changed=self._changed, on_episode=self._ended
+        )
         with Store(self._store) as store:
             try:
                 play_missing(study, store, self._workers, self._show, options=options)

@@ -19,7 +19,9 @@ from llf_teacher.students.trait import traits_of
 from llf_teacher.studies import load
 from llf_teacher.studies.definition.custom_specs import student_spec
 from llf_teacher.studies.definition.design import TESTER
+from llf_teacher.studies.definition.fingerprints import mixed, mixed_words
 from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.changes import STOP
 from llf_teacher.studies.execution.progress import in_words
 from llf_teacher.suite.answers import answers_of, first_prompt
 from llf_teacher.suite.card import Card, checksum
@@ -152,6 +154,7 @@ def take(
     progress: Progress | None = None,
     turn_seconds: float | None = None,
     announce: Callable[[Outlook], object] | None = None,
+    changed: str = STOP,
 ) -> Card:
     """Play the episodes of the suite that the store lacks, and return the card of a student.
 
@@ -168,15 +171,18 @@ def take(
         progress: called with the number of completed episodes, the total, and the seconds that are left.
         turn_seconds: time limit of a turn, after which the episode of a hanging agent fails; None: no limit.
         announce: called with what is going to be played, after the measurement.
+        changed: what becomes of stored episodes whose student has changed since: `stop` before playing, `replay`, or
+            `keep`, which the card says.
 
     Raises:
         ValueError: the student or an experiment is unknown, or cannot play.
+        StoreError: the student's code has changed since episodes in the store were played.
         StudyError: the episodes cannot go on, for example after a spending limit; completed ones are stored.
     """
     began = time.monotonic()
     spec, experiments, turns = student_spec(student), chosen(names, quick), QUICK_TURNS if quick else TURNS
     seeds: Sequence[int] = seeds_of(key, quick)
-    player = SuitePlayer(store, spec, workers, progress, turn_seconds)
+    player = SuitePlayer(store, spec, workers, progress, turn_seconds, changed)
     studies = studies_of([spec], experiments, seeds, turns)
     player.begin(studies)
     player.measure(studies)
@@ -201,9 +207,11 @@ def take(
     scores = {name: scored(each, spec, rows, seeds) for name, each in experiments.items()}
     with load(store) as results:
         form = _form_of(spec)
+        played = (({row["teacher"], row["student"]}, row["revision"], 1) for row in rows)
+        several = {name: mixed_words(name, numbers) for name, numbers in mixed(results.definitions, played).items()}
         answers = {name: answers_of(each, spec, rows, seeds, results, form) for name, each in experiments.items()}
     settings = {"suite": VERSION, "digest": digest(), "key": key, "quick": quick, "left_out": left_out}
-    return Card.of(spec, experiments, scores, rows, lost, answers, **settings)
+    return Card.of(spec, experiments, scores, rows, lost, answers, mixed=several, **settings)
 
 
 def _form_of(spec: str) -> Callable[[str], str]:
@@ -215,11 +223,6 @@ def _form_of(spec: str) -> Callable[[str], str]:
         return first_prompt(id, student, **OPTIONS.get(id, {})) if isinstance(student, LLM) else ""
 
     return form
-
-
-def is_model(spec: str) -> bool:
-    """Whether a student asks a model by a spec that has all that decides its answers."""
-    return isinstance(traits_of(parse_student(student_spec(spec)))[0], LLM)
 
 
 def by_need(experiments: Mapping[str, Experiment]) -> list[str]:

@@ -9,12 +9,13 @@ import pytest
 from llf_teacher.episodes.record import unchecked
 from llf_teacher.models.testing import ScriptedEndpoint
 from llf_teacher.speakers.llm_teacher import LLMTeacher
+from llf_teacher.speakers.parsing import parse_teacher
 from llf_teacher.speakers.rewriter import Rewriter
 from llf_teacher.speakers.speaker import CustomTeacher, Voiced
 from llf_teacher.speakers.voice import Toned
 from llf_teacher.students.chat import chat_student
 from llf_teacher.studies import run
-from llf_teacher.studies.definition.custom_specs import parse_teacher, teacher_spec
+from llf_teacher.studies.definition.custom_specs import teacher_spec
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.execution.runner import RunOptions

@@ -74,7 +74,7 @@ def test_a_study_is_played_and_recomputed_without_a_server(tmp_path):
     (tmp_path / "study.toml").write_text(STUDY)
     done = llf_apart("study", "run", "study.toml", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    with load(tmp_path / "llf-study.db") as played:
+    with load(tmp_path / "study.db") as played:
         before = sorted(played.rows(), key=lambda row: row["key"])
         assert (
             played.manifest["students"][before[0]["student"]]["model"]["sha256"]
@@ -84,7 +84,7 @@ def test_a_study_is_played_and_recomputed_without_a_server(tmp_path):
     assert {row["parse_failures"] for row in before} == {0}  # answers are constrained
     asked = sum(row["answers"] for row in before)
     assert asked == sum(row["turns"] for row in before)
-    cache = f"{tmp_path / 'llf-study.llm.db'}"
+    cache = f"{tmp_path / 'study.llm.db'}"
     again = llf("study", "run", "study.toml", "--store", "again.db", cwd=tmp_path, LLF_LLM_CACHE=cache)
     assert again.returncode == 0, again.stderr
     with load(tmp_path / "again.db") as recomputed:

@@ -127,7 +127,7 @@ def test_a_student_whose_module_begins_with_an_underscore_is_in_the_plots(tmp_pa
     (tmp_path / "study.toml").write_text(STUDY.replace("_mine", "_other"))
     result = llf("study", "run", "study.toml", "--workers", "1", cwd=tmp_path)
     assert result.returncode == 0, result.stderr
-    page = (tmp_path / "llf-study.html").read_text(encoding="utf-8")
+    page = (tmp_path / "study.html").read_text(encoding="utf-8")
     assert any("_other:Agent" in plot.partition("</svg>")[0] for plot in page.split("<svg")[1:])
 
 

@@ -247,7 +247,7 @@ def test_a_signal_ends_a_study_within_seconds(folder, number, status):
         start_new_session=True,
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # jobs in the background ignore it
     )
-    path = folder / "llf-study.db"
+    path = folder / "study.db"
     while process.poll() is None and not played(path):
         time.sleep(0.05)
     sent = time.monotonic()
@@ -255,12 +255,12 @@ def test_a_signal_ends_a_study_within_seconds(folder, number, status):
     told = process.communicate(timeout=60)[1]
     assert process.returncode == status, told
     assert time.monotonic() - sent < 15
-    assert "The episodes so far are in llf-study.db; the same command resumes the study." in told
+    assert "The episodes so far are in study.db; the same command resumes the study." in told
     assert "Traceback" not in told
     with Store(path) as store:
         assert [row["student"] for row in store.episodes()] == ["random"]
         assert not list(store.failures())
-    assert not (folder / "llf-study.db-lock").exists()
+    assert not (folder / "study.db-lock").exists()
 
 
 @pytest.mark.parametrize(("number", "status"), signals(signal.SIGTERM))
@@ -282,10 +282,10 @@ def test_a_signal_while_the_report_is_written_has_its_status(tmp_path, number, s
     process.send_signal(number)
     told += process.communicate(timeout=60)[1]
     assert process.returncode == status, told
-    assert "The episodes so far are in llf-study.db; the same command resumes the study." in told
+    assert "The episodes so far are in study.db; the same command resumes the study." in told
     assert "Traceback" not in told
     assert not list(tmp_path.glob("*.html*")) + list(tmp_path.glob(".*"))
-    with Store(tmp_path / "llf-study.db") as store:
+    with Store(tmp_path / "study.db") as store:
         assert store.count == 1
 
 

@@ -19,14 +19,14 @@ from llf_teacher.models.local.options import slots
 from llf_teacher.models.model import AsksModel
 from llf_teacher.models.settings import CACHE
 from llf_teacher.speakers.llm_reader import LLMReader
-from llf_teacher.speakers.parsing import parse_reader
+from llf_teacher.speakers.parsing import parse_reader, parse_teacher
 from llf_teacher.speakers.speaker import Speaker
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.trait import traits_of
-from llf_teacher.studies.definition.custom_specs import check_portable, parse_teacher
+from llf_teacher.studies.definition.custom_specs import check_portable
 from llf_teacher.studies.definition.stored_specs import facts_of
 from llf_teacher.studies.definition.study import Study
-from llf_teacher.studies.execution import executors
+from llf_teacher.studies.execution import changes, executors
 from llf_teacher.studies.execution.executors import Executor, ExecutorError, Lost, Work
 from llf_teacher.studies.execution.limits import Limits
 from llf_teacher.studies.execution.worker import Packed, Stop, describe_episode, run_episode, set_up
@@ -94,6 +94,10 @@ class RunOptions(NamedTuple):
     """Whether to begin no more episodes after a failure."""
     keys: Collection[str] | None = None
     """Keys of the episodes to play; None: all."""
+    changed: str = changes.STOP
+    """What becomes of stored episodes whose teacher, student or world has changed since, one of `changes.CHOICES`."""
+    name: str = ""
+    """The study's name in its store and its report; empty: none, or that of an earlier run."""
     on_episode: Callable[[EpisodeSpec, Packed | None], object] | None = None
     """Called with each episode at its end, None if it failed."""
 
@@ -206,6 +210,7 @@ class _Run:
                 f"a study whose interim analyses may stop it cannot be played in shards, got shard {options.shard}; "
                 "play it whole, or leave out `stop`"
             )
+        changes.settle(self._study, store, self._specs, options.changed)
         tally = self._count()
         for student in tally.students:
             parse_student(student).check(os.environ | self._environment)
@@ -221,6 +226,8 @@ class _Run:
             check_portable((*self._study.teachers, *self._study.transfer.get("teachers", ()), *tally.students))
         self._progress(tally.done, tally.total)
         store.define(manifest(self._study))
+        if options.name:
+            store.write_manifest({"name": options.name})
         if tally.todo and not self._ends(0):
             call = partial(run_episode, limits=options.limits)
             work = Work(partial(set_up, self._environment), call, tally.todo, options.limits.hard_seconds(tally.turns))
@@ -367,6 +374,7 @@ def manifest(study: Study) -> dict[str, Any]:
         "teachers": {f"{teacher}": facts for teacher in speakers(study) if (facts := teacher.facts())},
         **({"reader": reader.facts()} if isinstance(reader := parse_reader(study.reader), LLMReader) else {}),
         "own": facts_of(*((*getattr(study, name), *study.transfer.get(name, ())) for name in ("students", "teachers"))),
+        "code": {name: dict(each.modules) for name, each in changes.used_code(study).items()},
         "versions": _versions(),
         "python": platform.python_version(),
         "platform": platform.platform(),

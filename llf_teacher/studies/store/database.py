@@ -301,6 +301,13 @@ class Store:
             db.execute(f"INSERT INTO failure VALUES (NULL, {_marks(row)})", row)  # noqa: S608
             self._count("failure", digest)
 
+    def remove(self, keys: Iterable[str]) -> None:
+        """Remove episodes with their turns, all or nothing."""
+        with self._writing() as db:
+            for key in map(_key, keys):
+                db.execute("DELETE FROM story WHERE number IN (SELECT number FROM result WHERE key = ?)", (key,))
+                self._delete("result", "key", key)
+
     def _delete(self, table: str, column: str, value: Any) -> None:
         """Delete a row, if it exists."""
         for (digest,) in self._db.execute(f"DELETE FROM {table} WHERE {column} = ? RETURNING digest", (value,)):  # noqa: S608
@@ -414,6 +421,23 @@ class Store:
     def has(self, key: str) -> bool:
         """Whether the store has an episode."""
         return self._found("SELECT 1 FROM result WHERE key = ?", bytes.fromhex(key))
+
+    def revision_of(self, key: str) -> int | None:
+        """The revision of an episode's definition; None if the store does not have the episode."""
+        row = self._db.execute("SELECT revision FROM result WHERE key = ?", (_key(key),)).fetchone()
+        return None if row is None else int(row[0])
+
+    def versions(self) -> list[tuple[str, str, str]]:
+        """Each id that has had episodes, with their `version` and `rules`."""
+        query = "SELECT DISTINCT id, version, rules FROM setting ORDER BY id, version, rules"
+        return [(id, version, rules) for id, version, rules in self._db.execute(query)]
+
+    def coded(self) -> Iterator[tuple[frozenset[str], int, int]]:
+        """What may have code of its own in some episodes, the revision of these, and their number."""
+        names = "id, teacher, student, reader, taught"
+        query = f"SELECT revision, count(*), {names} FROM episode GROUP BY revision, {names}"  # noqa: S608
+        for revision, number, *specs in self._db.execute(query):
+            yield frozenset(specs), revision, number
 
     def has_failed(self, key: str) -> bool:
         """Whether an episode failed and was not played later."""

@@ -43,7 +43,10 @@ def _plot(data: Data, found: Sequence[Ablation]) -> Plot:
         ),
         columns=("family", "instruction_type", "teacher", "student", "kind", "seeds", "gain", "gain_low", "gain_high"),
         rows=[
-            (each.group.family, each.group.instruction_type, each.teacher, each.student, kind, gain.n, *gain[:3])
+            (
+                *(each.group.family, each.group.instruction_type, data.called(each.teacher), data.called(each.student)),
+                *(_ALL if kind == _ALL else KIND_WORDS[kind], gain.n, *gain[:3]),
+            )
             for each in found
             for kind, gain in {**each.shares, _ALL: each.total}.items()
         ],
