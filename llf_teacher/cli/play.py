@@ -16,6 +16,7 @@ from llf_teacher import cli
 from llf_teacher.cli import complete_id, complete_student, complete_teacher, read_options, search_here
 from llf_teacher.escaping import escape_control_chars
 from llf_teacher.models.replies import LENGTH
+from llf_teacher.speakers.speaker import FAULTS
 from llf_teacher.theme.turns import prepare_turns
 from pz_envs.seats import STUDENT, TEACHER
 from teachers.atoms import KINDS, ParseFailure
@@ -236,6 +237,17 @@ def _watch(
     _say_false(console, recorder.rows, env.family.name)
     if found.truncated:
         _put(console, Text(f"{found.truncated} of {found.answers} answers were cut at max_tokens."))
+    if found.teacher_answers:
+        counts = [getattr(found, f"teacher_{fault}") for fault in FAULTS]
+        bad = "; ".join(f"{count} {words}" for words, count in zip(FAULTS.values(), counts, strict=True) if count)
+        made = f"; {_claims(found.unbuilt)} could not be made" if found.unbuilt else ""
+        seconds = (found.teacher_seconds or 0.0) / found.teacher_answers
+        said = f"The teacher's model gave {found.teacher_answers} answers: {bad or 'none with a fault'}{made}"
+        _put(console, Text(f"{said}; {seconds:.1f} s each."))
+
+
+def _claims(count: int) -> str:
+    return "1 claim" if count == 1 else f"{count} claims"
 
 
 def _show_turn(console: Console, row: "TurnRow", family: str) -> None:
@@ -264,6 +276,12 @@ def _show_turn(console: Console, row: "TurnRow", family: str) -> None:
         _put_beside(console, lead.append(f"[{word}]: ", style), Text(escape_control_chars(text)))
     if not said:
         console.print(Text("teacher: (says nothing)", "dim"))
+    faults = [FAULTS[fault] for fault in (row.reply or {}).get("faults", ())]
+    faults += [f"{_claims(row.unbuilt)} could not be made"] if row.unbuilt else []
+    faults += [f"{_claims(row.withheld)} withheld, since false"] if row.withheld else []
+    if row.reply and faults:
+        lead = Text(f"teacher's model ({', '.join(faults)}): ", "red")
+        _put_beside(console, lead, Text(escape_control_chars(row.reply["answer"] or "(nothing)"), "dim"))
     console.print()
 
 

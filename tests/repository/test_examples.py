@@ -306,3 +306,23 @@ def test_ways_to_ask(tmp_path, monkeypatch):
     assert (own["way"], own["copies"]) == ("why-", 0)
     assert own["regret oracle"] <= own["regret silent"]
     assert len((tmp_path / "table.jsonl").read_text().splitlines()) == 2
+
+
+def test_model_teachers(tmp_path, monkeypatch):
+    """A model that says all that it is shown, and repeats what the student sees if it is shown nothing."""
+
+    def model(request):
+        lines = request["messages"][-1]["content"].partition("True now:\n")[2].splitlines()
+        return json.dumps({"claims": [*map(json.loads, lines)] or [{"type": "TryAgain"}, {"type": "Fly"}]})
+
+    with ScriptedEndpoint(model) as server:
+        monkeypatch.setenv("LLF_LLM_BASE_URL", server.url)
+        common = ("--ids", "llf-gridworld-v0", "--seeds", 1, "--turns", 3, "--options", ", answer='json'")
+        lines = printed("model_teachers", tmp_path, "m", *common).splitlines()
+    knowing, blind = map(json.loads, lines)
+    assert knowing["claims"] == sum(true for true, _ in knowing["kinds"].values()) > 3
+    assert (knowing["advises"], knowing["repeats"], knowing["unbuilt"]) == (3, 0, 0)
+    assert knowing["regret"]["model"] == knowing["regret"]["oracle"] < knowing["regret"]["silent"]
+    assert (blind["answers"], blind["repeats"], blind["nothing"], blind["unbuilt"]) == (4, 3, 1, 5)
+    assert blind["regret"]["model"] == blind["regret"]["silent"]
+    assert len((tmp_path / "table.jsonl").read_text().splitlines()) == 2
