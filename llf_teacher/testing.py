@@ -41,7 +41,8 @@ def check_teacher(id: str | Subject, teacher: Any, **settings: Any) -> None:
     found = audit(id, teacher, **settings)
     require(found.turns > 0 and found.checked > 0, f"{found.teacher} made no claim in {found.id}: nothing to check")
     examples = "".join(f"\n  {example}" for example in found.examples)
-    require(not found.caught, f"{found.teacher} was caught in {found.id}:{examples}")
+    hedges = f"\n  its hedges are overconfident, p = {found.hedges.p_value:.2g}" if found.overconfident else ""
+    require(not found.caught, f"{found.teacher} was caught in {found.id}:{examples}{hedges}")
 
 
 def check_student(id: str | Subject, student: str | Student) -> None:

@@ -95,6 +95,8 @@ class Family(Subject):
     """The warning for users of an alias."""
     extra: str = field(default="")
     """The extra of the distribution that the world needs; empty: none."""
+    python_below: tuple[int, int] | None = None
+    """The first version of Python for which a package that the world needs has no wheel; None: there is none."""
     distribution: str = "llf-teacher"
     """The distribution; for a plug-in, the entry point sets this field and the next two."""
     version: str = ""
@@ -119,11 +121,19 @@ class Family(Subject):
         except ModuleNotFoundError as error:
             ours = self.extra and self.distribution == "llf-teacher"
             other = f"{self.distribution}[{self.extra}]" if self.extra else self.distribution
-            remedy = pip_install(self.extra) if ours else f"pip install '{other}'"
+            remedy = "run: " + (pip_install(self.extra) if ours else f"pip install '{other}'")
+            if below := self._python_needed:
+                remedy = f"it has no wheel for Python {below} and later: use an older one"
             raise ModuleNotFoundError(
-                f"the family {self.name!r} needs {error.name!r}, which is not installed; run: {remedy}",
+                f"the family {self.name!r} needs {error.name!r}, which is not installed; {remedy}",
                 name=error.name,
             ) from error
+
+    @property
+    def _python_needed(self) -> str:
+        """The version of Python that must not be reached, if this one is not older; else empty."""
+        below = self.python_below
+        return f"{below[0]}.{below[1]}" if below and sys.version_info[:2] >= below else ""
 
     def make_world(self, /, **options: Any) -> "World[Any]":
         """A world.
@@ -140,6 +150,13 @@ class Family(Subject):
             hint = f"{unknown('option', unknown_names[0], allowed)}{self.elsewhere(unknown_names[0])}"
             raise ValueError(f"{cls.__name__} does not take these options: {hint}")
         return cls(**options)
+
+    @property
+    def code_modules(self) -> tuple[str, ...]:
+        """The modules of a plug-in that declare it and have its classes."""
+        classes = (self.world, self.oracle, self.world_batch, self.oracle_batch, self.picture, self.posterior)
+        named = (each.rpartition(":")[0] for each in classes)
+        return tuple(dict.fromkeys(filter(None, (self.module, *named))))
 
     def elsewhere(self, option: str) -> str:
         """The families whose worlds have an option, to complete a message; empty if no family has it."""
@@ -231,9 +248,9 @@ class Family(Subject):
         return self.name
 
     def missing(self) -> str:
-        """Why the family cannot be played here: an extra is not installed. Empty if it can."""
+        """Why the family cannot be played here: what it needs is not installed. Empty if it can."""
         try:
-            if self.extra:
+            if self.extra or self._python_needed:
                 self.oracle_class()
         except ModuleNotFoundError as error:
             return f"{error}"

@@ -12,13 +12,14 @@ from pz_envs.learning import Learning, StateValues, check_learning
 from pz_envs.subject import Subject
 from teachers.oracle import Oracle
 from teachers.phrasebook import Phrasebook, Phrases, make_phrasebook
-from teachers.planning import Planned, Planner, PlanningError, parse_planner
+from teachers.planning import TIERS, Auto, Planned, Planner, PlanningError, parse_planner
 from teachers.planning.known import Known, known
+from teachers.planning.planner import UnfitError
 from teachers.reward_oracle import RewardOracle
 from teachers.voice import Voice
 from worlds.pictures import Picture
 from worlds.world import World
-from worlds.wrapped.gym_world import GymWorld
+from worlds.wrapped.gym_world import GymWorld, another
 from worlds.wrapped.layers import layers
 from worlds.wrapped.rendered import RenderedPicture
 
@@ -157,13 +158,27 @@ def _planned(
     turns: int | None,
     success: Callable[..., Any] | None,
 ) -> Planned:
-    """Plan with the given environment, or with an environment made for planning."""
-    given = env if isinstance(env, gymnasium.Env) else env()
-    with contextlib.nullcontext() if given is env else contextlib.closing(given):
+    """Plan with an environment like the given one, which is neither reset nor stepped nor seeded."""
+    with contextlib.ExitStack() as stack:
+        if isinstance(env, gymnasium.Env):
+            other = env
+            try:
+                twin = another(env)
+            except ValueError as error:
+                if isinstance(planner, Auto):
+                    return planner.rewards_only(env, success, dict.fromkeys(TIERS, f"{error}"))
+                raise UnfitError(f"{error}") from error
+        else:
+            twin, other = (stack.enter_context(contextlib.closing(env())) for _ in range(2))
+            if twin.unwrapped is other.unwrapped:
+                raise ValueError(
+                    f"the function must make a new environment each time, got {twin} twice; a teacher that plans would "
+                    "step the student's; pass the environment itself, or a function that makes one"
+                )
         try:
-            return planner.plan(given, least([*limits_of(given), turns]), success)
+            return planner.plan(twin, least([*limits_of(twin), turns]), success, other)
         except PlanningError as error:
-            if unlike := (known(given) or Known()).unlike:
+            if unlike := (known(twin) or Known()).unlike:
                 error.args = (f"{error}\nNote: {unlike}",)
             raise
 

@@ -24,6 +24,7 @@ from worlds.world import World
 
 TEACHER, STUDENT = "teacher_0", "student_0"
 _NUMERIC = ("trimmed",)
+_CHECKERS = {"options": 1}  # options of `pettingzoo.test`
 
 
 def role_of(agent: str) -> str:
@@ -31,11 +32,16 @@ def role_of(agent: str) -> str:
     return agent.rpartition("_")[0]
 
 
-def known_options(options: dict[str, Any] | None, world: World[Any]) -> dict[str, Any] | None:
-    """The options that the world's `reset` takes; all others are ignored, since PettingZoo's checkers pass such."""
-    if options is None or world.reset_options is None:
-        return options
-    return {name: value for name, value in options.items() if name in world.reset_options}
+def checked_options(options: dict[str, Any] | None, world: World[Any]) -> dict[str, Any] | None:
+    """The options of a reset, without those that PettingZoo's checkers pass to every environment.
+
+    Raises:
+        ValueError: the world's `reset` does not take one.
+    """
+    if options == _CHECKERS:
+        return None
+    world.check_reset(options)
+    return options
 
 
 class SeatsEnv(AECEnv):
@@ -263,13 +269,13 @@ class OneSessionEnv(SeatsEnv):
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
         """Begin an episode; without a seed the random streams go on. `options` are the world's."""
-        self.session.open(seed, known_options(options, self.session.world))
+        self.session.open(seed, checked_options(options, self.session.world))
         self._enter()
         self._show_masks()
 
     def start_next_episode(self, start: Any = None, options: dict[str, Any] | None = None) -> None:
         """Begin another episode of the same lesson; see `SeatsEnv`."""
-        self.session.start_next_episode(start, known_options(options, self.session.world))
+        self.session.start_next_episode(start, checked_options(options, self.session.world))
         self._enter()
         self._show_masks()
 

@@ -81,6 +81,11 @@ class Subject(ABC):
         """The names of the world's options."""
         return ()
 
+    @property
+    def code_modules(self) -> tuple[str, ...]:
+        """The modules with the code of its worlds and its oracle, if this distribution does not have them."""
+        return ()
+
     def elsewhere(self, option: str) -> str:
         """Other subjects with an option that this subject lacks, to complete a message; empty without any."""
         return ""

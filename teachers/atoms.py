@@ -3,7 +3,8 @@
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields, make_dataclass, replace
-from enum import StrEnum
+from enum import Enum, StrEnum
+from functools import cache, wraps
 from inspect import get_annotations
 from itertools import combinations
 from typing import Any, ClassVar, Generic, NamedTuple, Self, dataclass_transform, get_origin
@@ -18,8 +19,15 @@ WorldT = TypeVar("WorldT", bound=World[Any], default=Any)
 """The class of a world; `World[Any]` by default."""
 
 
+_WORDS = {"r": "reward", "hp": "praise", "hn": "blame", "fp": "advice", "fn": "warning"}
+
+
 class FeedbackType(StrEnum):
-    """The five kinds of feedback of the LLF paper, in speaking order."""
+    """The five kinds of feedback of the LLF paper, in speaking order.
+
+    A kind is its code as a string; it equals its word, too, and both name it: `FeedbackType("praise")` is `HP`. Its
+    hash is that of the code, so that a set or a dictionary of strings finds it by the code alone.
+    """
 
     R = "r"
     """How well it went: the reward."""
@@ -31,6 +39,23 @@ class FeedbackType(StrEnum):
     """Future positive: what to do next."""
     FN = "fn"
     """Future negative: what to avoid next."""
+
+    @property
+    def word(self) -> str:
+        """The kind in a word, as reports and pages say it."""
+        return _WORDS[self]
+
+    @classmethod
+    def _missing_(cls, value: object) -> "FeedbackType | None":
+        return next((kind for kind in cls if kind.word == value), None)
+
+    def __eq__(self, other: object) -> bool:
+        return self is other or str.__eq__(self, other) is True or (type(other) is str and other == self.word)
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
+
+    __hash__ = str.__hash__
 
 
 KINDS = tuple(FeedbackType)
@@ -210,26 +235,34 @@ class Claim(Generic[TruthT, WorldT]):
     tried: ClassVar[bool] = False
     """Whether it is about an action that the oracle tried before the episode, not about the student's."""
 
+    def __init_subclass__(cls, **more: Any) -> None:
+        """Let the check of a class give False for claims that name what does not exist."""
+        super().__init_subclass__(**more)
+        if "holds" in vars(cls) and not hasattr(cls.holds, "__wrapped__"):
+            cls.holds = _checked(cls.holds)  # type: ignore[method-assign]  # with the same signature
+
     def __post_init__(self) -> None:
-        """Refuse NumPy's numbers and arrays, which JSON writes differently, or not at all.
+        """Refuse NumPy's numbers and arrays, which JSON writes differently, and subclasses, which may say anything.
 
         Raises:
             TypeError: a field holds one.
         """
         for name in self.__dataclass_fields__:  # type: ignore[attr-defined]  # a dataclass
             kind = type(value := getattr(self, name))
-            if kind in _PLAIN:
+            if kind in _PLAIN or (kind is tuple and not _has_odd(value)):
                 continue
-            if kind.__module__ == "numpy" or (kind is tuple and _has_numpy(value)):
+            if kind is tuple or _is_odd(kind):  # type: ignore[arg-type]  # classes are hashable
                 raise TypeError(
                     f"the field {name!r} of the claim {type(self).__name__} holds {value!r}; "
-                    f"allowed: numbers of Python's own; convert it, as in x.item() or tuple(x.tolist())"
+                    "allowed: str, int, float, bool, None, enumerations and tuples of Python's own, no subclasses of "
+                    "them; convert it, as in x.item() or tuple(x.tolist())"
                 )
 
     def holds(self, moment: Moment[TruthT], lab: WorldT) -> bool:
         """Whether the claim is true of `moment`; `lab` is a scratch world to restore and step.
 
-        The check does not use the oracle's method.
+        The check does not use the oracle's method. A LookupError, ValueError or ArithmeticError in it counts as False:
+        the claim names an action, a place or a number that this world does not have.
         """
         raise TypeError(f"{type(self).__name__} does not implement holds(moment, lab)")
 
@@ -293,15 +326,44 @@ class Claim(Generic[TruthT, WorldT]):
         return self.worth(moment, lab, action)
 
 
-_PLAIN = frozenset((bool, int, float, str, type(None)))
+def _checked(holds: Callable[..., bool]) -> Callable[..., bool]:
+    """A check that gives False where a claim names what does not exist, or lacks its ground."""
+
+    @wraps(holds)
+    def check(self: Any, moment: Any, lab: Any) -> bool:
+        try:
+            return holds(self, moment, lab)
+        except (LookupError, ValueError, ArithmeticError):
+            return False
+        except AttributeError:
+            if getattr(self, "grounded", True):
+                raise
+            return False  # it was read from text, and is judged by what it means
+
+    return check
 
 
-def _has_numpy(values: tuple[Any, ...]) -> bool:
+_PLAIN = frozenset((bool, int, float, str, type(None), FeedbackType))  # a kind equals its word, which says the same
+
+
+def _has_odd(values: tuple[Any, ...]) -> bool:
     for each in values:  # three times as fast as `any` for the long plans of parking
         kind = type(each)
-        if _has_numpy(each) if kind is tuple else kind not in _PLAIN and kind.__module__ == "numpy":
+        if _has_odd(each) if kind is tuple else kind not in _PLAIN and _is_odd(kind):  # type: ignore[arg-type]
             return True
     return False
+
+
+@cache
+def _is_odd(kind: type) -> bool:
+    """Whether values of a class, which is none of `_PLAIN`, may equal what they do not say."""
+    if issubclass(kind, Enum):
+        bases = [base for base in kind.__mro__[:-1] if base not in _SCALARS and base.__module__ != "enum"]
+        return any("__eq__" in vars(base) for base in bases)
+    return kind.__module__ == "numpy" or issubclass(kind, _SCALARS)
+
+
+_SCALARS = (bool, int, float, str, tuple)
 
 
 class ActionClaim(Claim[TruthT, WorldT]):
@@ -573,6 +635,17 @@ class Utterance(str):
     def of(cls, atoms: Sequence[Atom]) -> "Utterance":
         """Join the texts of atoms; an atom that shares its text with another may have none."""
         return cls(" ".join(atom.text for atom in atoms if atom.text), tuple(atoms))
+
+    def within(self, longest: int) -> "Utterance":
+        """The first atoms whose texts, joined, have at most so many characters."""
+        kept: list[Atom] = []
+        size = -1
+        for atom in self.atoms:
+            size += 1 + len(atom.text) if atom.text else 0
+            if size > longest:
+                break
+            kept.append(atom)
+        return Utterance.of(kept)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Utterance, (str(self), self.atoms)

@@ -298,9 +298,12 @@ class Pipeline(Personality):
         return any(stage.elsewhere for stage in self.stages)
 
     @property
-    @override
     def reveals(self) -> bool:
-        return all(stage.reveals for stage in self.stages)
+        """Whether a stage reveals actions that no later one keeps back; one with a plan needs none before it."""
+        revealed = True
+        for stage in self.stages:
+            revealed = stage.reveals and (revealed or "plan" in stage.needs)
+        return revealed
 
     def __str__(self) -> str:
         return " | ".join(map(str, self.stages))
@@ -335,17 +338,14 @@ PERSONALITIES = Registry("personality", Personality, personalities)
 
 
 def parse_personality(spec: str | Personality) -> Personality:
-    """The personality that a spec string describes.
+    """The personality that a spec string describes; `package.module:Class` imports a user's own.
 
     Raises:
         ValueError: a name or parameter is unknown, or the syntax is wrong; the message says what is allowed.
     """
-    if isinstance(spec, Personality):
-        return spec
-    try:
-        stages = PERSONALITIES.parse(spec)
-    except ValueError as error:
-        if not isinstance(spec, str) or ":" not in spec:
-            raise
-        raise ValueError(f"{error}; studies and suites import `module:Class`, here give the object itself") from error
-    return stages[0] if len(stages) == 1 else Pipeline(stages)
+    return spec if isinstance(spec, Personality) else in_turn(PERSONALITIES.parse(spec))
+
+
+def in_turn(stages: Sequence[Personality]) -> Personality:
+    """The personality that applies some personalities, from left to right."""
+    return stages[0] if len(stages) == 1 else Pipeline(tuple(stages))

@@ -2,7 +2,7 @@
 
 import itertools
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -119,6 +119,11 @@ class Phrasebook:
         framed = itertools.chain.from_iterable(self._hedges.values()) if cls is Probably else ()
         return tuple(dict.fromkeys(template.source for template in (*self._templates[cls], *framed)))
 
+    @property
+    def classes(self) -> Set[type[Claim]]:
+        """The claim classes."""
+        return self._templates.keys()
+
     def items(self) -> list[tuple[type[Claim], tuple[str, ...]]]:
         """Every claim class with its paraphrases."""
         return [(cls, self.templates(cls)) for cls in self._templates]
@@ -141,6 +146,11 @@ class Phrasebook:
         else:
             ways = (self._stated if hedged else self._templates)[cls]
         return timeless(ways) if late else ways
+
+    def has(self, atom: Atom, turn: int) -> bool:
+        """Whether the text of an atom, said in this turn, is one of its claim's paraphrases."""
+        claim = atom.claim if atom.about_turn == turn else Late(claim=atom.claim, turn=atom.about_turn)
+        return type(atom.claim) in self._templates and atom.text in self.sentences(claim)
 
     def words(self, claim: Claim) -> float:
         """The mean number of words of the claim's paraphrases."""

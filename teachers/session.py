@@ -25,7 +25,17 @@ from teachers.schema import Message, storable
 from teachers.seeds import Seeds
 from teachers.spec import is_count
 from teachers.teacher import Teacher
-from teachers.teacher_turn import ANSWER, FEEDBACK, INSTRUCTION, OPENING, STUDENT, Phase, TeacherTurn, split_advice
+from teachers.teacher_turn import (
+    ANSWER,
+    FEEDBACK,
+    INSTRUCTION,
+    LONGEST,
+    OPENING,
+    STUDENT,
+    Phase,
+    TeacherTurn,
+    split_advice,
+)
 from worlds.world import World
 
 __all__ = ["Observer", "Read", "Session", "Turn"]
@@ -406,6 +416,9 @@ class Session:
         Returns:
             The teacher's reward.
         """
+        if len(said) > LONGEST:
+            said = _fitting(said)
+            atoms = None if atoms is None else len(said.atoms)
         words = said
         if self.phase is INSTRUCTION:
             self.instruction, said = split_advice(words)
@@ -431,7 +444,8 @@ class Session:
     def said_so_far(self) -> Utterance:
         """What several teachers have said since the student acted, in the order of speaking."""
         said = [words for words in self._spoken if words]
-        return Utterance(" ".join(said), tuple(atom for words in said for atom in atoms_of(words)))
+        words = Utterance(" ".join(said), tuple(atom for words in said for atom in atoms_of(words)))
+        return words if len(words) <= LONGEST else _fitting(words)
 
     def origin(self, atom: Atom) -> Moment[Any] | None:
         """The moment elsewhere from which a teacher took a claim; None if the claim is about this lesson."""
@@ -474,3 +488,8 @@ class Session:
     def done(self) -> bool:
         """Whether the session is `solved`, and the student has heard the last words."""
         return self.heard and self.solved
+
+
+def _fitting(words: str) -> Utterance:
+    """As many claims as fit into a text observation, from the first on."""
+    return Utterance(words, atoms_of(words)).within(LONGEST)

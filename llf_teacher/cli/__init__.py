@@ -1,10 +1,13 @@
 """The command line, `llf`: one module for each command; those for developers are in `dev`."""
 
+import ast
 import difflib
+import inspect
 import json
 import os
 import pkgutil
 import sys
+import textwrap
 from importlib import import_module
 from types import ModuleType
 from typing import Annotated, Any
@@ -22,13 +25,14 @@ InstructionType = Annotated[
     str, typer.Option(help="Instruction: b (basic), p (with feedback on past actions) or c (complete).")
 ]
 FeedbackType = Annotated[
-    str, typer.Option(help="Feedback: a (all), n (none), m (random kinds in each turn), or kinds such as r+hp.")
+    str,
+    typer.Option(help="Feedback: a (all), n (none), m (random kinds in each turn), or kinds such as praise+blame."),
 ]
 MaxTurns = Annotated[int | None, typer.Option(help="Most turns of the episode; by default those of the environment.")]
 WorldOptions = Annotated[
     list[str] | None, typer.Option(help="Option of the environment's world, as NAME=VALUE; repeat it for several.")
 ]
-_NO_HELP = "No help under `python -OO`, which removes docstrings; run `llf` without -OO."
+_NO_HELP = "No help: `python -OO` removes docstrings, and there is no source; run `llf` without -OO."
 errors = Console(emoji=False, stderr=True, highlight=False, soft_wrap=True, markup=False)
 
 
@@ -48,7 +52,7 @@ class Commands(TyperGroup):
         command = super().get_command(ctx, cmd_name)
         if command is not None:
             _without_type_of_flags(command.get_params(ctx))
-            command.help = command.help or _NO_HELP  # a command's help is its docstring
+            command.help = command.help or _help_in_source(command.callback)
         return command
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
@@ -64,6 +68,15 @@ class Commands(TyperGroup):
                 raise ValueError(f"unknown command {name!r}; did you mean {below[sub]} {sub}?")
             raise ValueError(unknown("command", name, sorted(self.commands)))
         return super().resolve_command(ctx, args)
+
+
+def _help_in_source(function: Any) -> str:
+    """The docstring of a command, which `python -OO` removes."""
+    try:
+        (tree,) = ast.parse(textwrap.dedent(inspect.getsource(inspect.unwrap(function)))).body
+        return ast.get_docstring(tree) or _NO_HELP  # type: ignore[arg-type]  # it is a function
+    except (OSError, TypeError, SyntaxError):  # no source is there
+        return _NO_HELP
 
 
 def _without_type_of_flags(params: list[Any]) -> list[Any]:
@@ -119,7 +132,7 @@ def read_options(given: list[str] | None) -> dict[str, Any]:
             raise ValueError(f"an option must be NAME=VALUE, as in map_name=8x8, got {each!r}")
         try:
             options[name] = json.loads({"True": "true", "False": "false", "None": "null"}.get(value, value))
-        except ValueError:
+        except (ValueError, RecursionError):
             options[name] = value
     return options
 

@@ -43,7 +43,8 @@ def audit(
     teacher: Annotated[
         list[str] | None,
         typer.Option(
-            help="Spec of a personality, or a pattern such as '*_focused'; repeat it for several. By default oracle."
+            help="Spec of a teacher, also module:Class, or a pattern such as '*_focused'; repeat it for several. By "
+            "default oracle."
         ),
     ] = None,
     turns: Annotated[int, typer.Option(min=1, help="Turns for each environment and teacher.")] = 1000,
@@ -80,16 +81,22 @@ def audit(
     if by_claim and not bits:
         raise ValueError("--by-claim prints how much the claims of each class say; give --bits too, as in --bits 256")
     from llf_teacher import registry
-    from teachers.personality import PERSONALITIES, parse_personality
+    from llf_teacher.speakers.parsing import needed_of, parse_teacher
+    from llf_teacher.speakers.speaker import Speaker
+    from teachers.personality import PERSONALITIES
 
-    search_here()  # for `module:function`
+    search_here()  # for `module:function` and `module:Class`
     _voice(voice)
     options = read_options(option)
     if not ids:
         print_missing()
         ids = [id for id in registry.ids() if not registry.entry(id).family.missing()]
     chosen = _matching(ids, registry.ids(), lambda id: registry.entry(id).id)
-    specs = _matching(teacher or ["oracle"], PERSONALITIES.names, lambda spec: str(parse_personality(spec)))
+    specs = _matching(teacher or ["oracle"], PERSONALITIES.names, lambda spec: str(parse_teacher(spec)))
+    taught = {spec: parse_teacher(spec) for spec in specs}
+    for each in taught.values():
+        if isinstance(each, Speaker):
+            each.check(os.environ)
     console = Console(emoji=False, stderr=True)
     jobs = []
     left_out: dict[str, dict[str, None]] = {}
@@ -100,7 +107,7 @@ def audit(
             raise ValueError(f"{id} has no option {unknown[0]}; allowed: {', '.join(family.options()) or 'none'}")
         if bits and not family.posterior:
             unmeasured[family.name] = None
-        elif family.serves(spec, **{**family.posterior_needs, **options}):
+        elif family.serves(needed_of(taught[spec]), **{**family.posterior_needs, **options}):
             jobs.append((id, spec, turns, feedback_type, voice, bits, options))
         else:
             left_out.setdefault(family.name, {})[spec] = None
@@ -142,7 +149,10 @@ def _audits(jobs: list[tuple[Any, ...]], workers: int | None) -> Iterator["Audit
         yield _audit(*jobs[0])
         return
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(min(workers or os.cpu_count() or 1, len(jobs)), mp_context=context) as pool:
+    from llf_teacher.studies.execution.executors import end_with_parent
+
+    most = min(workers or os.cpu_count() or 1, len(jobs))
+    with ProcessPoolExecutor(most, mp_context=context, initializer=end_with_parent) as pool:
         futures = [pool.submit(_audit, *job) for job in jobs]
         try:
             for future in as_completed(futures):
@@ -326,6 +336,8 @@ def _print(found: list["Audit"]) -> None:
             "Bits of feedback in a turn and in a word, regret of the next action that it saves in a turn and by a bit; "
             "> where some claims say at least so much."
         )
+    if reworded := sum(each.reworded for each in found):
+        console.print(f"{reworded:,} sentences are no shipped paraphrase of their claim; nobody checked these words.")
     if changes:
         console.print("Changed: sentences in which the voice changed a number or a name.")
     for each in found:

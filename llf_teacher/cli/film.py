@@ -18,7 +18,7 @@ def film(
     id: Annotated[str, typer.Argument(help="Environment, as `llf list` shows it.", autocompletion=complete_id)],
     path: Annotated[Path, typer.Argument(help="File to write: .gif, .webp, or, with the extra `film`, .mp4.")],
     teacher: Annotated[
-        str, typer.Option(help="Spec of the teacher's personality.", autocompletion=complete_teacher)
+        str, typer.Option(help="Spec of the teacher, also module:Class.", autocompletion=complete_teacher)
     ] = "oracle",
     student: Annotated[str, typer.Option(help="Spec of the student.", autocompletion=complete_student)] = "obedient",
     instruction_type: cli.InstructionType = "b",
@@ -29,7 +29,8 @@ def film(
     theme: Annotated[str, typer.Option(help="Colours: light or dark.")] = "light",
     seconds: Annotated[float, typer.Option(help="Seconds that each turn is shown.", min=0.02)] = 1.5,
     bits: Annotated[
-        int, typer.Option(min=0, metavar="WORLDS", help="Show how much each claim says, by so many worlds.")
+        int,
+        typer.Option(min=0, max=100_000, metavar="WORLDS", help="Show how much each claim says, by these worlds."),
     ] = 0,
     plain: Annotated[
         bool,

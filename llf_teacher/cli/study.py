@@ -23,12 +23,23 @@ if TYPE_CHECKING:
     from llf_teacher.studies.report.data import Data
 
 _SHOWN = 8  # comparisons in the terminal
-STORE, REPORT = Path("llf-study.db"), Path("llf-study.html")
 
 Store_ = Annotated[
-    Path, typer.Option("--store", help="SQLite file for the episodes; an interrupted study is resumed from it.")
+    Path | None,
+    typer.Option(
+        "--store",
+        help="SQLite file for the episodes, from which an interrupted study is resumed; by default named after the "
+        "study's file, in the working directory.",
+        show_default=False,
+    ),
 ]
-Report_ = Annotated[Path, typer.Option("--report", help="HTML file to write.")]
+Report_ = Annotated[
+    Path | None,
+    typer.Option("--report", help="HTML file to write; by default named after the study's file.", show_default=False),
+]
+Shared_ = Annotated[
+    bool, typer.Option("--shared", help="Use a store and replace a report that another study has made.")
+]
 Workers_ = Annotated[
     int | None, typer.Option("--workers", min=1, help="Parallel processes; by default one for each core.")
 ]
@@ -37,10 +48,18 @@ Workers_ = Annotated[
 class _StudyCommands(Commands):
     """Treats `llf study FILE.toml` as `llf study run FILE.toml`."""
 
-    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """The command that the first argument names; `run` if that is a TOML file."""
-        named = args[0] in self.commands or not args[0].endswith(".toml")
-        return super().resolve_command(ctx, args if named else ["run", *args])
+    def parse_args(self, ctx: Any, args: list[str]) -> Any:
+        """Read the arguments; with a TOML file before any command all of them, in any order, are those of `run`."""
+        first = next((each for each in args if each in self.commands or each.endswith(".toml")), "")
+        return super().parse_args(ctx, ["run", *args] if first.endswith(".toml") else args)
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """The help of the group, and that of `run`, whose options `llf study FILE.toml` takes."""
+        super().format_help(ctx, formatter)
+        run = self.get_command(ctx, "run")
+        with ctx.command.context_class(run, info_name="run", parent=ctx) as below:
+            typer.echo("`llf study FILE.toml` is short for `llf study run FILE.toml`:")
+            run.format_help(below, formatter)
 
 
 def add_to(app: typer.Typer) -> None:
@@ -63,7 +82,11 @@ def add_to(app: typer.Typer) -> None:
 
 
 def quickstart(
-    context: typer.Context, store: Store_ = STORE, report: Report_ = REPORT, workers: Workers_ = None
+    context: typer.Context,
+    store: Store_ = None,
+    report: Report_ = None,
+    workers: Workers_ = None,
+    shared: Shared_ = False,
 ) -> None:
     """Run the built-in study of all families, which asks whether late or wrong words cost a student more."""
     search_here()  # for students `module:factory`, also those of a store
@@ -72,13 +95,13 @@ def quickstart(
         from llf_teacher.studies.execution.runner import RunOptions
 
         print_missing()
-        _run(study.quickstart(), store, report, workers, {}, RunOptions())
+        _run(study.quickstart(), None, store, report, workers, {}, RunOptions(), shared)
 
 
 def run(
     file: Annotated[Path, typer.Argument(help="TOML file of the study.")],
-    store: Store_ = STORE,
-    report: Report_ = REPORT,
+    store: Store_ = None,
+    report: Report_ = None,
     workers: Workers_ = None,
     llm_budget: Annotated[
         float | None,
@@ -121,44 +144,65 @@ def run(
         str,
         typer.Option("--shard", help="Part of the episodes to play, such as 3/8; `llf study merge` merges the stores."),
     ] = "1/1",
+    replay_changed: Annotated[
+        bool,
+        typer.Option(
+            "--replay-changed", help="Play again the episodes whose teacher, student or world has changed since."
+        ),
+    ] = False,
+    keep_old: Annotated[
+        bool, typer.Option("--keep-old", help="Keep these episodes, and mark the report; without either the run stops.")
+    ] = False,
+    shared: Shared_ = False,
 ) -> None:
     """Play the episodes of FILE that the store lacks, and write the report.
 
     If episodes fail, the others are still played, and the exit status is 3.
     """
     from llf_teacher.studies.definition.study import load_study
+    from llf_teacher.studies.execution.changes import choice_of
     from llf_teacher.studies.execution.limits import Limits
     from llf_teacher.studies.execution.runner import RunOptions, asks_here, parse_shard
 
+    changed = choice_of(replay_changed, keep_old)
     limits = Limits(episode_seconds, turn_seconds, memory)
     study = load_study(file)
     if executor is None:
         waits = limits == Limits() and address is None and asks_here(study, study.students)
         executor = "threads" if waits else "processes"
-    options = RunOptions(executor, address, limits, parse_shard(shard), retry_failed, fail_fast)
-    _run(study, store, report, workers, {} if llm_budget is None else {BUDGET: f"{llm_budget}"}, options)
+    options = RunOptions(executor, address, limits, parse_shard(shard), retry_failed, fail_fast, changed=changed)
+    environment = {} if llm_budget is None else {BUDGET: f"{llm_budget}"}
+    _run(study, file, store, report, workers, environment, options, shared)
 
 
 def report(
     file: Annotated[
         Path | None, typer.Argument(help="TOML file of the study; by default the study that the store was made for.")
     ] = None,
-    store: Store_ = STORE,
-    report: Report_ = REPORT,
+    store: Store_ = None,
+    report: Report_ = None,
+    shared: Shared_ = False,
 ) -> None:
     """Write the report of a study from the episodes in its store, also while the study runs or after it stopped."""
     from llf_teacher.studies import load
     from llf_teacher.studies.definition.study import load_study
-    from llf_teacher.studies.report import write_report
+    from llf_teacher.studies.report import check_writable, write_report
     from llf_teacher.studies.store import Store
+    from llf_teacher.studies.store.targets import check_report, name_of
 
-    with load(store) as results, Store(store, read_only=True) as opened:
+    path = store or commands.store_of(file)
+    report = report or (path if file is None else commands.store_of(file)).with_suffix(".html")
+    check_writable(report, [path, *([] if file is None else [file])])
+    with load(path) as results, Store(path, read_only=True) as opened:
+        if not shared:
+            check_report(report, results.manifest.get("name", "") if file is None else name_of(file, path))
         write_report(opened, results.played_study if file is None else load_study(file), report)
     Console(emoji=False, stderr=True, markup=False).print(f"Report: {report.resolve()}")
 
 
 def check(file: Annotated[Path, typer.Argument(help="Store of a study.", exists=True, dir_okay=False)]) -> None:
     """Check that a store is complete and unchanged. Damage is printed, and the exit status is 1."""
+    from llf_teacher.studies.definition.fingerprints import mixed, mixed_words
     from llf_teacher.studies.store import Store
 
     with Store(file, read_only=True) as store:
@@ -168,6 +212,8 @@ def check(file: Annotated[Path, typer.Argument(help="Store of a study.", exists=
         if found:
             raise typer.Exit(1)
         typer.echo(f"{store.count} episodes, all as they were written.")
+        for name, numbers in mixed(store.definitions(), store.coded()).items():
+            errors.print(escape_control_chars(f"warning: {mixed_words(name, numbers)}"))
 
 
 def archive(
@@ -213,15 +259,17 @@ def export(
 def power(
     pilot: Annotated[Path, typer.Argument(help="Store of a pilot, which has a few seeds of the study.")],
     effect: Annotated[
-        float, typer.Option("--effect", min=0.001, max=10, help="Smallest difference from the baseline that matters.")
+        float,
+        typer.Option("--effect", min=0.001, max=10, help="Smallest difference between two teachers that matters."),
     ],
     of: Annotated[
         str,
         typer.Option(
             "--of",
-            help="Unit of --effect: `gain`, a share of the baseline's regret, or `success`, a share of episodes.",
+            help="Unit of --effect: `score`, as in the findings, `regret`, in the family's unit, or `success`, a share "
+            "of episodes.",
         ),
-    ] = "gain",
+    ] = "score",
     chance: Annotated[
         float, typer.Option("--power", min=0.5, max=0.999, help="Probability of finding the effect.")
     ] = 0.8,
@@ -239,21 +287,25 @@ def power(
     with load(pilot) as results:
         study = results.manifest.get("study", {})
         against = baseline or study.get("baseline", BASELINE)
+        compare = () if baseline else study.get("compare", ())
         played = outcomes(results.rows())
-    found = sorted(needs(played, against, effect, of, chance), key=lambda need: -need.safe)
-    primary = primary_needs(played, against, effect, chance, study.get("primary", ())) if of == "gain" else []
-    primary.sort(key=lambda need: -need.safe)
-    if not found:
+    every = list(needs(played, against, effect, "regret", chance, compare))
+    if not every:
         raise ValueError(
             f"{pilot} has too few episodes: it needs two seeds of a student that uses feedback, with {against!r} and "
             "with another teacher; play more, or name another teacher by --baseline"
         )
-    head = ("family", "types", "teacher", "student", "pilot", "spread", "seeds", "to be safe")
+    found = sorted(needs(played, against, effect, of, chance, compare), key=lambda need: -need.safe)
+    patterns = study.get("primary", ())
+    primary = primary_needs(played, against, effect, chance, patterns, compare) if of == "score" else []
+    primary.sort(key=lambda need: -need.safe)
+    head = ("family", "types", "teacher", "against", "student", "pilot", "spread", "seeds", "to be safe")
     rows = [
         (
             n.family,
             f"{n.instruction_type}, {n.feedback_type}",
             n.teacher,
+            n.other,
             n.student,
             f"{n.pairs}",
             f"{n.spread:.3f}",
@@ -263,14 +315,19 @@ def power(
         for n in (*primary, *found)
     ]
     widths = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
-    for row in (head, *rows):
+    for row in (head, *rows) if rows else ():
         typer.echo("  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip())
     for which, each in (("primary comparison, of all families together", primary), ("comparison of a family", found)):
         if each:
             typer.echo(
-                f"To find an effect of {effect:g} against {against} with a probability of {chance:g} in every {which}, "
+                f"To find a {of} of {effect:g} with a probability of {chance:g} in every {which}, "
                 f"use {max(need.seeds for need in each)} seeds, or {each[0].safe} to be safe."
             )
+    if lacking := len(every) - len(found):
+        typer.echo(
+            f"{lacking} of {len(every)} comparisons of a family have no score, since regret with the teacher that they "
+            "are against is about 0: give --effect in the unit of regret, by --of regret."
+        )
 
 
 def merge(
@@ -296,16 +353,37 @@ def _terminate(number: int, frame: FrameType | None) -> None:
 
 def _run(
     study: "Study",
-    path: Path,
-    report: Path,
+    file: Path | None,
+    store: Path | None,
+    report: Path | None,
     workers: int | None,
     environment: "Mapping[str, str]",
     options: "RunOptions",
+    shared: bool,
 ) -> None:
-    """Play a study and write its report; ends by `typer.Exit`."""
-    from llf_teacher.studies.report import check_writable
+    """Play a study and write its report; ends by `typer.Exit`.
 
-    check_writable(report)
+    Args:
+        study: the study.
+        file: its file; None: the built-in study.
+        store: the store; None: it is named after the file, like the report.
+        report: the report.
+        workers: see `play_missing`, as for the next two.
+        environment: environment variables.
+        options: how to play.
+        shared: whether store and report may be those of another study.
+    """
+    from llf_teacher.studies.report import check_writable
+    from llf_teacher.studies.store.targets import check_report, check_store, name_of
+
+    path = store or commands.store_of(file)
+    report = report or commands.store_of(file).with_suffix(".html")
+    name = commands.QUICKSTART if file is None else name_of(file, path)
+    check_writable(report, [path, *([] if file is None else [file])])
+    if not shared:
+        check_store(path, name)
+        check_report(report, name)
+    options = options._replace(name=name)
     signal.signal(signal.SIGTERM, _terminate)
     try:
         status = _play_and_report(study, path, report, workers, environment, options)
@@ -325,6 +403,7 @@ def _play_and_report(
 ) -> int:
     """Play a study and write its report; the exit status."""
     from llf_teacher.studies.analysis import costs
+    from llf_teacher.studies.execution.changes import specs_of, unseen
     from llf_teacher.studies.execution.progress import StudyProgress
     from llf_teacher.studies.execution.runner import EpisodeError, StudyError, play_missing
     from llf_teacher.studies.report import write_report
@@ -349,8 +428,9 @@ def _play_and_report(
         for line in costs.cost_lines(store):
             console.print(line)
         console.print(f"Played {played} episodes; {path} now has {store.count}.")
-        if not played and any(":" in spec for spec in (*study.teachers, *study.students)):
-            console.print("All were there: if the code of an agent has changed since, give another --store.")
+        if played < store.count:
+            for line in unseen(specs_of(study)):
+                console.print(escape_control_chars(line), highlight=False)
         if store.count:
             console.print("Writing the report ...")
             data = write_report(store, study, report)
@@ -369,17 +449,32 @@ def _print_findings(console: Console, data: "Data") -> None:
     """Print the findings of the report and their scores."""
     from llf_teacher.studies.analysis.statistics import p_words
     from llf_teacher.studies.report import findings
+    from llf_teacher.studies.report.parts import findings as findings_part
 
     for finding in findings(data):
         console.print(f"- {finding}")
-    table = Table("teacher", "student", "score", "95 %", "p", "seeds", title=f"Against {data.study.baseline}")
-    ranked = sorted(data.primary, key=lambda each: -each.mean)
+    several = len(data.units) > 1
+    table = Table()
+    for column in (
+        "teacher",
+        "against",
+        "student",
+        *([] if several else ["more regret"]),
+        "score",
+        "95 %",
+        "p",
+        "seeds",
+    ):
+        table.add_column(column, overflow="fold")
+    ranked = [each for each in findings_part.ranked(data) if each.declared]
     for each in ranked[:_SHOWN]:
-        estimate, tested = each.score.estimate, data.test is not None
-        shown = "" if estimate.why else f"[{estimate.low:.2f}, {estimate.high:.2f}]"
-        names = (escape_control_chars(data.called(name)) for name in each.compared[:2])
-        p = p_words(each.score.p)
-        table.add_row(*names, f"{each.mean:.2f}", shown, p if tested else "", f"{estimate.n}")
+        estimate, compared = each.score.estimate, each.compared
+        names = map(data.called, (compared.teacher, compared.other, compared.student))
+        more = [] if several else [each.differences[0].text(2)]
+        score = f"{each.mean:.2f}" if each.ratio else "none"
+        interval = f"[{estimate.low:.2f}, {estimate.high:.2f}]" if each.ratio and not estimate.why else ""
+        p = p_words(each.score.p) if data.test else ""
+        table.add_row(*map(escape_control_chars, names), *more, score, interval, p, f"{estimate.n}")
     if ranked:
         console.print(table)
     if len(ranked) > _SHOWN:

@@ -1,6 +1,8 @@
 """`llf suite`: what a student can do with feedback, as a card."""
 
 import os
+import shlex
+import sys
 import warnings
 from pathlib import Path
 from typing import Annotated
@@ -40,17 +42,29 @@ def suite(
     ] = None,
     only: Annotated[list[str] | None, typer.Option(help="Experiment to take; repeat it for several.")] = None,
     quick: Annotated[
-        bool, typer.Option("--quick", help="Take the four experiments that tell most, with fewer seeds.")
+        bool,
+        typer.Option("--quick", help="Take the four experiments that tell most, in fewer worlds, within 20 minutes."),
     ] = False,
     key: Annotated[str, typer.Option(help="Text from which other seeds are drawn.")] = "",
     store: Annotated[Path, typer.Option(help="SQLite file for the episodes; an interrupted suite is resumed.")] = STORE,
     workers: Annotated[
         int | None, typer.Option(min=1, help="Parallel processes; by default one for each core.")
     ] = None,
-    budget: Annotated[float | None, typer.Option(min=0, envvar=BUDGET, help=f"Most USD of a model: {BUDGET}.")] = None,
+    llm_budget: Annotated[
+        float | None,
+        typer.Option(
+            min=0, envvar=BUDGET, help="Most USD that a model may cost for this store, earlier runs included."
+        ),
+    ] = None,
     turn_seconds: Annotated[
         float | None, typer.Option(min=0.001, help="Seconds of a turn, after which an agent that hangs has failed.")
     ] = None,
+    replay_changed: Annotated[
+        bool, typer.Option("--replay-changed", help="Play again the episodes whose student has changed since.")
+    ] = False,
+    keep_old: Annotated[
+        bool, typer.Option("--keep-old", help="Keep these episodes, and mark the card; without either the run stops.")
+    ] = False,
 ) -> None:
     """Take the suite: score what a student does with feedback, one ability an experiment.
 
@@ -61,32 +75,42 @@ def suite(
         return
     if student is None:
         raise typer.BadParameter("give --student SPEC, such as --student obedient, or check or compare")
+    from llf_teacher.studies.execution.changes import choice_of, unseen
     from llf_teacher.studies.execution.progress import StudyProgress
     from llf_teacher.studies.execution.runner import StudyError
     from llf_teacher.suite import take
     from llf_teacher.suite.card import FINDS, check_file
     from llf_teacher.suite.estimate import estimate
+    from llf_teacher.suite.taking import Outlook
 
     search_here()
-    if budget is not None:
-        os.environ[BUDGET] = f"{budget}"
+    changed = choice_of(replay_changed, keep_old)
+    command = escape_control_chars(shlex.join(["llf", *sys.argv[1:]]))
+    if llm_budget is not None:
+        os.environ[BUDGET] = f"{llm_budget}"
     for path in card or ():
         check_file(path)
     console = Console(emoji=False, stderr=True, markup=False)
     console.print(f"The student plays {estimate(student, only or (), quick, key)}, less what {store} has already,")
-    console.print("and the references, whose scores are the units, play as well.")
-    if store.exists() and ":" in student:
-        console.print("If your code has changed since, give another --store: episodes are known by their spec.")
-    with StudyProgress(console) as progress, warnings.catch_warnings():
+    console.print("and the references, whose scores are the units, play as well. The first episodes measure the speed.")
+    for line in unseen([student]) if store.exists() else ():
+        console.print(escape_control_chars(line), highlight=False)
+    with StudyProgress(console, measured=True) as progress, warnings.catch_warnings():
         warnings.filterwarnings("ignore", message=r"\d+ of \d+ episodes failed")  # the card gives the reason
+
+        def announce(outlook: Outlook) -> None:
+            console.print(f"{outlook}", highlight=False)
+            console.print(f"Ctrl-C ends it; the same command goes on: {command}", highlight=False, soft_wrap=True)
+
         try:
-            found = take(student, store, only or (), quick, key, workers, progress, turn_seconds)
+            found = take(student, store, only or (), quick, key, workers, progress, turn_seconds, announce, changed)
         except StudyError as error:
             errors.print(escape_control_chars(f"{error.trace}llf: {error}"))
             errors.print(f"The episodes so far are in {store}; the next run goes on from there.")
             raise typer.Exit(1) from None
         except KeyboardInterrupt:
-            errors.print(f"Interrupted. The episodes so far are in {store}; the same command goes on.")
+            errors.print(f"Interrupted. The episodes so far are in {store}; the same command goes on:")
+            errors.print(command, soft_wrap=True)
             raise
     for path in card or ():
         found.write(path)
@@ -95,7 +119,14 @@ def suite(
     table = Table(*heads, title=escape_control_chars(found.student), caption=FINDS)
     for row in rows:
         table.add_row(*row)
-    result = Console(emoji=False, markup=False)
+    result = Console(emoji=False, markup=False, highlight=False)
+    for line in found.lines:
+        result.print(
+            escape_control_chars(f"{line.name}: {line.asked} {line.did} ({line.measured}.) {line.answers.words}")
+        )
+        if line.answers.episode:
+            read = shlex.join(["llf", "study", "transcript", f"{store}", line.answers.episode[:12]])
+            result.print(escape_control_chars(f"  a lesson: {read}"), soft_wrap=True)
     result.print(table)
     for sentence in found.sentences():
         result.print(escape_control_chars(f"- {sentence}"))

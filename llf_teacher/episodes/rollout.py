@@ -1,18 +1,20 @@
 """Many conversations at once, for training the policy that answers: `llf_teacher.rollout`."""
 
-import asyncio
 import copy
 import inspect
+import warnings
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 from llf_teacher.episodes.regret import turn_regret
 from llf_teacher.gym import StudentEnv, make
-from llf_teacher.models.waiting import wait_for
+from llf_teacher.models import LLMError, NoAnswerError
+from llf_teacher.models.waiting import WaitsForItselfError, all_awaited, awaited
 from llf_teacher.students.chat import ChatStudent, takes_messages
 from llf_teacher.students.conversation import Conversation, Message, as_prompt
 from pz_envs.subject import Subject
+from pz_envs.text.actions import failure as unread
 from pz_envs.text.answer_formats import THOUGHT
 from teachers.atoms import ParseFailure
 from teachers.seeds import Seeds
@@ -28,7 +30,7 @@ class RolloutTurn(NamedTuple):
     prompt: list[Message]
     """The messages that were sent: instruction, past turns of the history, and the question."""
     answer: str
-    """The unchanged answer of the policy."""
+    """The unchanged answer of the policy; empty if that is no text."""
     reward: float
     regret: float
     """The action's loss of value, in the family's unit; the negated reward if the oracle has no values."""
@@ -145,17 +147,18 @@ def rollout(
         settings: keyword arguments of `make`: `teacher`, `feedback_type`, `max_turns`, ...
 
     Returns:
-        One conversation per id and seed, in this order.
+        One conversation per id and seed, in this order. An answer that is no text, or an error that a function of one
+        conversation raises, is a turn without an action; `failure` says why, and a warning counts them.
 
     Raises:
         ValueError: an argument is not allowed.
-        TypeError: the policy does not return a text for each conversation.
+        TypeError: the policy does not return a list with an answer for each conversation.
     """
     check_range("batch", batch, 1, 1_000_000, int)
     if "text" in settings:
         raise ValueError(f"rollout always plays in text mode; leave out text={settings['text']!r}")
     if isinstance(seeds, int):
-        check_range("seeds", seeds, 0, 1_000_000_000, int)
+        check_range("seeds", seeds, 0, 1_000_000, int)
     answer = _answering(policy)
     subjects = [ids] if isinstance(ids, str | Subject) else list(ids)
     numbers = list(range(seeds) if isinstance(seeds, int) else seeds)
@@ -163,6 +166,7 @@ def rollout(
     played: list[Rollout | None] = [None] * len(waiting)
     kept: dict[Any, list[StudentEnv]] = {subject: [] for subject in subjects}  # for reuse
     going: list[_Lane] = []
+    odd: list[str] = []
     try:
         while waiting or going:
             while waiting and len(going) < batch:
@@ -171,9 +175,8 @@ def rollout(
                 lane.env = free.pop() if free else _environment(lane.subject, settings)
                 going.append(lane)
                 lane.begin(policy, thought)
-            texts = answer([lane.prompt for lane in going])
-            for lane, text in zip(going, texts, strict=True):
-                lane.step(text)
+            for lane, said in zip(going, answer([lane.prompt for lane in going]), strict=True):
+                odd += lane.step(said)
             for lane in going:
                 if lane.over:
                     played[lane.place] = Rollout(lane.env.env_id, lane.seed, tuple(lane.turns))
@@ -182,6 +185,8 @@ def rollout(
     finally:
         for env in [lane.env for lane in going] + [env for free in kept.values() for env in free]:
             env.close()
+    if odd:
+        warnings.warn(f"{len(odd)} answers were no texts, the first: {odd[0]}", RuntimeWarning, stacklevel=2)
     return [each for each in played if each is not None]
 
 
@@ -210,10 +215,15 @@ class _Lane:
         )
         self.prompt = self._talk.ask(observation)
 
-    def step(self, text: str) -> None:
-        """Process an answer, and ask again unless it was the last."""
+    def step(self, said: Any) -> list[str]:
+        """Process an answer, and ask again unless it was the last; the reason why it is no text, if it is none."""
         env, session = self.env, self.env.session
-        observation, reward, _, _, _ = env.step(self._talk.answer(text))
+        odd = "" if isinstance(said, str) else f"the policy must answer with a text, got {_shown(said)}"
+        text = "" if odd else said
+        action: str | ParseFailure = self._talk.answer(text)
+        if odd:
+            action = unread("", session.world, odd)
+        observation, reward, _, _, _ = env.step(action)
         moment = session.moment
         failed = moment.action if type(moment.action) is ParseFailure else None
         self.turns.append(
@@ -230,6 +240,7 @@ class _Lane:
         self.over = session.done
         if not self.over:
             self.prompt = self._talk.ask(observation)
+        return [odd] if odd else []
 
 
 def _cross(subjects: Sequence[str | Subject], seeds: Sequence[int]) -> Iterator[tuple[str | Subject, int]]:
@@ -245,37 +256,50 @@ def _answered(turn: RolloutTurn) -> list[Message]:
     return [*turn.prompt, {"role": "assistant", "content": turn.answer}]
 
 
-def _answering(policy: Callable[..., Any] | ChatStudent) -> Callable[[list[list[Message]]], list[str]]:
-    """A policy as a function of a batch that checks its answers."""
+def _answering(policy: Callable[..., Any] | ChatStudent) -> Callable[[list[list[Message]]], list[Any]]:
+    """A policy as a function of a batch; an error of one conversation is its answer."""
     if not callable(policy) and not isinstance(policy, ChatStudent):
         raise ValueError(f"policy must be a function of conversations or come from chat_student, got {policy!r}")
     function: Any = policy.function if isinstance(policy, ChatStudent) else policy
     alone = isinstance(policy, ChatStudent) or next(iter(inspect.signature(function).parameters), "") in _ONE
 
-    def answer(conversations: list[list[Message]]) -> list[str]:
+    def answer(conversations: list[list[Message]]) -> list[Any]:
         if alone:
             listed = takes_messages(function)
-            texts = [function(messages if listed else as_prompt(messages)) for messages in conversations]
-            if any(map(inspect.isawaitable, texts)):
-                texts = wait_for(_together(texts))
-        else:
-            texts = function(conversations)
-            if inspect.isawaitable(texts):
-                texts = wait_for(_one(texts))
-        fits = isinstance(texts, list | tuple) and all(isinstance(text, str) for text in texts)
-        if not fits or len(texts) != len(conversations):
+            prompts = [messages if listed else as_prompt(messages) for messages in conversations]
+            said = all_awaited([_call(function, prompt) for prompt in prompts])
+            for each in said:
+                if isinstance(each, BaseException) and not _is_of_one_turn(each):
+                    raise each
+            return said
+        said = awaited(function(conversations))
+        if not isinstance(said, list | tuple) or len(said) != len(conversations):
             raise TypeError(
-                f"policy must return a list of {len(conversations)} texts, one per conversation, got {texts!r:.80}; "
+                f"policy must return a list of {len(conversations)} texts, one per conversation, got {said!r:.80}; "
                 "for a function of one conversation call its parameter `prompt` or `messages`, or use chat_student"
             )
-        return list(texts)
+        return list(said)
 
     return answer
 
 
-async def _together(awaitables: list[Any]) -> list[Any]:
-    return list(await asyncio.gather(*map(_one, awaitables)))
+def _call(function: Callable[..., Any], prompt: Any) -> Any:
+    """The function's answer, or its error."""
+    try:
+        return function(prompt)
+    except Exception as error:  # a policy may raise anything
+        return error
 
 
-async def _one(said: Any) -> Any:
-    return await said if inspect.isawaitable(said) else said
+def _is_of_one_turn(error: BaseException) -> bool:
+    """Whether other turns may go on: the endpoint answers others, and the policy does not wait for itself."""
+    everywhere = isinstance(error, LLMError) and not isinstance(error, NoAnswerError)
+    return isinstance(error, Exception) and not everywhere and not isinstance(error, WaitsForItselfError)
+
+
+def _shown(said: Any) -> str:
+    """An odd answer, for a message."""
+    try:
+        return f"{type(said).__name__}: {said!r:.200}"
+    except Exception:  # its own `__repr__` may raise
+        return type(said).__name__

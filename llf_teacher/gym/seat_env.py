@@ -1,13 +1,17 @@
 """One seat of a session as a Gymnasium environment."""
 
 import inspect
+import sys
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import gymnasium
+from gymnasium.envs.registration import EnvSpec
 from gymnasium.error import ResetNeeded
 
 from llf_teacher.registry import entry
+from llf_teacher.speakers.parsing import with_teacher
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import Policy, Student
 from pz_envs.assembly import assemble
@@ -16,7 +20,10 @@ from pz_envs.subject import Subject
 from pz_envs.window import FPS, Renderer
 from teachers.atoms import Moment
 from teachers.personality import Personality
+from teachers.spec import is_count
 from teachers.teacher import Teacher
+
+_FRAMES = 6  # calls from `gymnasium.make` to here
 
 
 class SeatEnv(gymnasium.Env):
@@ -27,6 +34,9 @@ class SeatEnv(gymnasium.Env):
         settings: the settings of the lesson; None: the defaults.
         keywords: fields that replace them, and the world's options.
         refused: fields that this seat does not use.
+        policies: whether `teacher` may be a policy for the teacher's seat.
+        episodes: the number of the world's episodes in one of this seat.
+        last_words: steps of each of them beside the student's turns.
         defaults: fields with other defaults at this seat.
 
     Raises:
@@ -43,10 +53,19 @@ class SeatEnv(gymnasium.Env):
         *,
         refused: Iterable[str] = (),
         policies: bool = False,
+        episodes: int = 1,
+        last_words: int = 0,
         **defaults: Any,
     ) -> None:
         self.family: Subject
         options: Mapping[str, Any] = {}
+        self._steps = episodes, last_words
+        if (limit := _asked_limit()) is not None:
+            turns = keywords.get("max_turns", settings and settings.max_turns)
+            if (most := limit // episodes - last_words) < 1:
+                least = episodes * (1 + last_words)
+                raise ValueError(f"max_episode_steps must be at least {least} at this seat, got {limit}")
+            keywords = {**keywords, "max_turns": shorter(most, turns)}
         if isinstance(env_id, Subject):
             self.env_id, self.family = env_id.name, env_id
         else:
@@ -64,8 +83,8 @@ class SeatEnv(gymnasium.Env):
         self.family = self.family.for_lesson(self.settings)
         self._policy: Any = None
         """The user's policy in the teacher's seat, if there is one."""
-        lesson = self.settings
-        if policies and not isinstance(lesson.teacher, str | Personality | Teacher):
+        lesson = with_teacher(self.settings, policies)
+        if policies and not isinstance(lesson.teacher, Personality | Teacher):
             self._policy, lesson = lesson.teacher, lesson.with_teacher("oracle")
             if not (hasattr(self._policy, "reset") and hasattr(self._policy, "act")):
                 remedy = f"; call it, as in {self._policy.__name__}()" if isinstance(self._policy, type) else ""
@@ -77,11 +96,22 @@ class SeatEnv(gymnasium.Env):
         self.render_mode = lesson.render_mode
         self._renderer = Renderer(self.render_mode, self.env_id, self.student_view.as_text, self.student_view.frame)
         self._running = False
+        self._made_from: EnvSpec | None = None
 
     @property
     def reward_range(self) -> tuple[float, float]:
         """Least and greatest reward of one step of the world."""
         return self.session.world.reward_range
+
+    @property
+    def spec(self) -> EnvSpec | None:
+        """The spec that it was made from, with the steps of an episode as `max_episode_steps`; None without one."""
+        return self._made_from
+
+    @spec.setter
+    def spec(self, spec: EnvSpec | None) -> None:
+        episodes, last_words = self._steps
+        self._made_from = spec and replace(spec, max_episode_steps=episodes * (self.session.max_turns + last_words))
 
     # For users' own loops.
 
@@ -126,3 +156,25 @@ class SeatEnv(gymnasium.Env):
         """Close the window and the world."""
         self._renderer.close()
         self.session.world.close()
+
+
+def shorter(limit: Any, turns: Any) -> Any:
+    """The `max_turns` of a lesson with the argument `max_episode_steps`: the smaller number counts."""
+    return min(limit, turns) if is_count(limit) and is_count(turns) else limit
+
+
+def _asked_limit() -> int | None:
+    """The argument `max_episode_steps` of the call of `gymnasium.make` that makes this environment; None without one.
+
+    Gymnasium gives it to a `TimeLimit` around the environment alone, which would cut the teacher's last word off.
+    """
+    frame = sys._getframe()
+    for _ in range(_FRAMES):
+        if frame.f_back is None:
+            return None
+        frame = frame.f_back
+        if frame.f_code is gymnasium.make.__code__:
+            given = frame.f_locals["max_episode_steps"]
+            limit = frame.f_locals["env_spec"].max_episode_steps if given is None else given
+            return limit if is_count(limit) else None
+    return None

@@ -108,7 +108,8 @@ class TeacherEnv(SeatEnv):
         """The statistics of the lifetime; None in a single episode."""
         reward = getattr(settings, "teacher_reward", "student_reward")
         paid: Any = self._paid_by(keywords.pop("teacher_reward", reward))
-        super().__init__(env_id, settings, {**keywords, "teacher_reward": paid}, **defaults)
+        settled = {**keywords, "teacher_reward": paid}
+        super().__init__(env_id, settings, settled, episodes=episodes, last_words=1, **defaults)
         self.action_space = self.teacher_view.action_space
         self.episodes, self.same_world, self.announce = episodes, same_world, announce
         self._spec, self._vary = student, dict(vary or {})

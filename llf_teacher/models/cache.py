@@ -29,8 +29,9 @@ _SCHEMA = """
 CREATE TABLE IF NOT EXISTS answer (key TEXT PRIMARY KEY, request TEXT NOT NULL, text TEXT NOT NULL) WITHOUT ROWID;
 CREATE TABLE IF NOT EXISTS ledger (id INTEGER PRIMARY KEY, time REAL NOT NULL, key TEXT NOT NULL, model TEXT NOT NULL,
     input_tokens INTEGER, output_tokens INTEGER, usd REAL);
-CREATE TABLE IF NOT EXISTS pledge (id INTEGER PRIMARY KEY, until REAL NOT NULL, usd REAL NOT NULL, host TEXT NOT NULL,
-    process INTEGER NOT NULL);
+DROP TABLE IF EXISTS pledge;
+CREATE TABLE IF NOT EXISTS under_way (id INTEGER PRIMARY KEY, until REAL NOT NULL, usd REAL, host TEXT NOT NULL,
+    process INTEGER NOT NULL, key TEXT NOT NULL, model TEXT NOT NULL);
 CREATE TABLE IF NOT EXISTS sent (model TEXT PRIMARY KEY, requests INTEGER NOT NULL, lost INTEGER NOT NULL);
 CREATE TABLE IF NOT EXISTS served (endpoint TEXT, model TEXT, id TEXT NOT NULL, PRIMARY KEY (endpoint, model));
 CREATE TABLE IF NOT EXISTS form (key TEXT PRIMARY KEY, model TEXT NOT NULL, name TEXT NOT NULL, why TEXT NOT NULL)
@@ -129,13 +130,10 @@ class Cache:
             sent: the requests sent for it.
         """
         with self._writing() as db:
-            most = db.execute("SELECT usd FROM pledge WHERE id = ?", (pledge,)).fetchone() or (None,)
+            most = db.execute("SELECT usd FROM under_way WHERE id = ?", (pledge,)).fetchone() or (None,)
             _settle(db, pledge, request["model"], sent)
             usd = most[0] if usage.usd is None else usage.usd
-            row = (time.time(), key, request["model"], usage.input_tokens, usage.output_tokens, usd)
-            db.execute(
-                "INSERT INTO ledger (time, key, model, input_tokens, output_tokens, usd) VALUES (?, ?, ?, ?, ?, ?)", row
-            )
+            _enter(db, key, request["model"], usage._replace(usd=usd))
             if answer is not None:
                 facts = {name: value for name in _FACTS if (value := getattr(answer, name))} | {"usage": usage}
                 asked = without_images(json.dumps(request, ensure_ascii=False), request)
@@ -144,13 +142,19 @@ class Cache:
                     (key, answer.raw, asked, json.dumps(facts, ensure_ascii=False)),
                 )
 
-    def pledge(self, usd: float, budget: float, seconds: float) -> int | None:
-        """Reserve the maximum cost of a request until `add` or `release`.
+    def pledge(
+        self, usd: float | None, budget: float | None, seconds: float, key: str = "", model: str = ""
+    ) -> int | None:
+        """Note a request that is about to be sent, and reserve its maximum cost, until `add` or `release`.
+
+        If this process ends before, the request may have been paid: it goes into the ledger at its maximum cost.
 
         Args:
-            usd: the maximum cost.
-            budget: the spending limit, in USD.
-            seconds: time after which the pledge ends; it also ends with this process.
+            usd: the maximum cost; None: unknown.
+            budget: the spending limit, in USD; None: no limit.
+            seconds: time after which the request counts as lost, for processes of other machines.
+            key: the key of the request.
+            model: its model.
 
         Returns:
             A number for `add` and `release`; None while requests under way leave open whether the budget is enough.
@@ -160,16 +164,14 @@ class Cache:
         """
         here, now = socket.gethostname(), time.time()
         with self._writing() as db:
-            db.execute("DELETE FROM pledge WHERE until < ?", (now,))
-            for (process,) in db.execute("SELECT DISTINCT process FROM pledge WHERE host = ?", (here,)).fetchall():
-                if not _lives(process):
-                    db.execute("DELETE FROM pledge WHERE host = ? AND process = ?", (here, process))
-            if self.spent() + usd > budget:
-                raise LookupError
-            if self.spent() + usd + db.execute("SELECT total(usd) FROM pledge").fetchone()[0] > budget:
-                return None
-            row = (now + seconds, usd, here, os.getpid())
-            return db.execute("INSERT INTO pledge (until, usd, host, process) VALUES (?, ?, ?, ?)", row).lastrowid
+            _enter_lost(db)
+            if budget is not None and usd is not None:
+                if self.spent() + usd > budget:
+                    raise LookupError
+                if self.spent() + usd + db.execute("SELECT total(usd) FROM under_way").fetchone()[0] > budget:
+                    return None
+            row = (now + seconds, usd, here, os.getpid(), key, model)
+            return db.execute("INSERT INTO under_way VALUES (NULL, ?, ?, ?, ?, ?, ?)", row).lastrowid
 
     def release(self, pledge: int | None, model: str, sent: Sent) -> None:
         """End a pledge without a known cost, and count the sent requests."""
@@ -208,6 +210,8 @@ class Cache:
             price in USD, how many of them have an unknown price (`unpriced`), the number of sent requests, and the
             number of requests without a reply (`lost`); after a trial the `form` in which it is asked, with the reason.
         """
+        with self._writing() as db:
+            _enter_lost(db)
         names = ("model", "requests", "input_tokens", "output_tokens", "usd", "unpriced")
         sums = "count(*), coalesce(sum(input_tokens), 0), coalesce(sum(output_tokens), 0), total(usd), sum(usd IS NULL)"
         rows = self._db.execute(f"SELECT model, {sums} FROM ledger GROUP BY model")  # noqa: S608
@@ -269,12 +273,27 @@ class Cache:
 
 def _settle(db: sqlite3.Cursor, pledge: int | None, model: str, sent: Sent) -> None:
     """End a pledge, and count the sent requests."""
-    db.execute("DELETE FROM pledge WHERE id = ?", (pledge,))
+    db.execute("DELETE FROM under_way WHERE id = ?", (pledge,))
     db.execute(
         "INSERT INTO sent VALUES (?, ?, ?) ON CONFLICT (model) DO UPDATE SET requests = requests + excluded.requests, "
         "lost = lost + excluded.lost",
         (model, sent.requests, sent.lost),
     )
+
+
+def _enter(db: sqlite3.Cursor, key: str, model: str, usage: Usage) -> None:
+    """Enter a request into the ledger."""
+    row = (time.time(), key, model, usage.input_tokens, usage.output_tokens, usage.usd)
+    db.execute("INSERT INTO ledger (time, key, model, input_tokens, output_tokens, usd) VALUES (?, ?, ?, ?, ?, ?)", row)
+
+
+def _enter_lost(db: sqlite3.Cursor) -> None:
+    """Enter the requests whose process was killed, since they may have been paid."""
+    here, now = socket.gethostname(), time.time()
+    for number, until, usd, host, process, key, model in db.execute("SELECT * FROM under_way").fetchall():
+        if until < now or (host == here and not _lives(process)):
+            _settle(db, number, model, Sent(1, 1))
+            _enter(db, key, model, Usage(usd=usd))
 
 
 def _lives(process: int) -> bool:

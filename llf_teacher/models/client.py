@@ -2,7 +2,6 @@
 
 import asyncio
 import importlib.util
-import ipaddress
 import json
 import os
 import re
@@ -14,13 +13,13 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import cache
 from typing import Any
-from urllib.parse import urlsplit
 
 from llf_teacher.models import LLMError, NoAnswerError, SpendingLimitError
 from llf_teacher.models.cache import Cache, Sent
 from llf_teacher.models.forms import FORMS, AnswerForm, broken, trial
 from llf_teacher.models.hints import UNREACHED, hint, is_about_form, is_page
 from llf_teacher.models.images import images_of
+from llf_teacher.models.proxies import check_proxies, is_here, passes_proxies
 from llf_teacher.models.refusals import adapted, refused
 from llf_teacher.models.replies import FILTERED, Answer, Prices, Usage, read, served
 from llf_teacher.models.retries import PassingError, asked_for, may_pass, pause
@@ -52,7 +51,7 @@ class Endpoint:
 
     Raises:
         ModuleNotFoundError: the extra is not installed.
-        ValueError: the cache cannot be used.
+        ValueError: the cache or a proxy in the environment cannot be used.
     """
 
     def __init__(self, base_url: str, settings: ClientSettings, name: str = "") -> None:
@@ -66,6 +65,7 @@ class Endpoint:
         self._served: dict[str, str] = {}
         if settings.key and _is_open(base_url):
             warnings.warn(f"the API key goes to {base_url} for everyone to read; use https", UserWarning, stacklevel=2)
+        check_proxies(base_url)
         self._cache = Cache(settings.cache)
         self._forming = threading.Lock()
         self._unsent: dict[str, tuple[str, ...]] = {}
@@ -74,7 +74,7 @@ class Endpoint:
             api_key=settings.key or "none",
             timeout=None,  # `BoundedClient` limits the time
             max_retries=0,  # see `retries`
-            http_client=BoundedClient(settings.timeout),
+            http_client=BoundedClient(settings.timeout, trust_env=not passes_proxies(base_url)),
         )
         weakref.finalize(self, _close, self._client).atexit = False
 
@@ -152,7 +152,7 @@ class Endpoint:
         try:
             async with asyncio.timeout(_LOOK):
                 reply = await self._client.models.with_raw_response.list()
-            found = served(reply.content.decode("utf-8", "replace"), model)
+            found = served(reply.content.decode("utf-8-sig", "replace"), model)
             return None if found is None else self._clean(found)
         except Exception:  # an endpoint need not have a list
             return None
@@ -192,7 +192,7 @@ class Endpoint:
         Raises:
             PassingError: there is no answer, and another attempt may succeed.
         """
-        pledge = self._pledge(request, prices)
+        pledge = self._pledge(key, request, prices)
         answer, usage, sent, charged = None, Usage(), Sent(), False
         try:
             started = time.monotonic()
@@ -244,7 +244,7 @@ class Endpoint:
             model, messages = body.pop("model"), body.pop("messages")
             raw = self._client.chat.completions.with_raw_response
             reply = await raw.create(model=model, messages=messages, extra_body=body)
-            return reply.content.decode("utf-8", "replace"), ""
+            return reply.content.decode("utf-8-sig", "replace"), ""
         except LLMError:
             raise
         except Exception as error:  # any error may quote the key
@@ -271,21 +271,22 @@ class Endpoint:
 
     def _describe(self, error: Exception) -> str:
         status = getattr(error, "status_code", None)
-        wait = error.response.headers.get("retry-after") if status else None  # type: ignore[attr-defined]
+        wait = asked_for(error.response.headers) if status else None  # type: ignore[attr-defined]
         text = " ".join(dict.fromkeys(filter(None, map(str, [error] if status else _causes(error)))))
         body = getattr(error, "body", None)
         if (
             body and text == f"Error code: {status}" and not is_page(f"{body}")
         ):  # in a form that the client does not know
             text += f" - {body}"
-        then = f"; it asks to wait {wait} seconds" if wait else UNREACHED if _is_unsent(error) else hint(status, text)
+        then = f"; it asks to wait {wait:g} seconds" if wait else UNREACHED if _is_unsent(error) else hint(status, text)
         return f"{type(error).__name__}: {self._clean(text)[:_EXCERPT]}{then}"
 
-    def _pledge(self, request: dict[str, Any], prices: Prices | None) -> int | None:
-        """Reserve the maximum cost of the answer; wait while other requests have reserved too much."""
-        budget, length = self._settings.budget, length_of(request)
+    def _pledge(self, key: str, request: dict[str, Any], prices: Prices | None) -> int | None:
+        """Note a request, and reserve its maximum cost; wait while other requests have reserved too much."""
+        budget, length, model = self._settings.budget, length_of(request), request["model"]
+        longest = self._settings.timeout * (self._settings.retries + 1) + _WAITS
         if budget is None:
-            return None
+            return self._cache.pledge(None, None, longest, key, model)
         if prices is None:
             raise LLMError(f"a spending limit needs prices for {self.base_url}: input_price and output_price")
         if length is None:
@@ -295,10 +296,9 @@ class Endpoint:
         asked = len(json.dumps(read, ensure_ascii=False).encode())
         asked += _IMAGE * sum(1 for _ in images_of(request))
         usd = (asked * prices.input + length * prices.output) / _TOKENS
-        longest = self._settings.timeout * (self._settings.retries + 1) + _WAITS
         while True:
             try:
-                pledge = self._cache.pledge(usd, budget, longest)
+                pledge = self._cache.pledge(usd, budget, longest, key, model)
             except LookupError:
                 break
             if pledge is not None:
@@ -306,8 +306,8 @@ class Endpoint:
             time.sleep(_PAUSE)
         raise SpendingLimitError(
             f"the spending limit of {budget:g} USD is reached: {self._settings.cache} has {self._cache.spent():.6g} "
-            f"USD on its ledger, and the next answer may cost {usd:.6g} USD; raise it (--llm-budget, of llf suite "
-            "--budget) to go on"
+            f"USD on its ledger, and the next answer may cost {usd:.6g} USD; raise it (--llm-budget) to go "
+            "on"
         )
 
     def _clean(self, text: str) -> str:
@@ -345,13 +345,7 @@ def _close(client: Any) -> None:
 
 def _is_open(base_url: str) -> bool:
     """Whether requests go unencrypted to another machine."""
-    address = urlsplit(base_url)
-    host = address.hostname or ""
-    try:
-        own = ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        own = host == "localhost" or host.endswith(".localhost")
-    return address.scheme == "http" and not own
+    return base_url.startswith("http:") and not is_here(base_url)
 
 
 def connect(base_url: str, settings: ClientSettings, name: str = "") -> Endpoint:

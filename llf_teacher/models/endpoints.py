@@ -7,13 +7,13 @@ It has a table per endpoint, as in `[endpoints.local]` with `base_url = "http://
 
 import os
 import re
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 from urllib.parse import urlsplit
 
 from llf_teacher.models import settings
+from llf_teacher.serialization import read_toml
 from teachers.spec import unknown
 
 FILE = "llf-endpoints.toml"
@@ -53,10 +53,7 @@ def place_of(name: str, environment: Mapping[str, str] = os.environ) -> Address:
     path = Path(given or FILE)
     if not given and not path.is_file():
         raise ValueError(f"the endpoint {name!r} has no address: set {variable}, or write {FILE}")
-    try:
-        tables: Any = tomllib.loads(path.read_text("utf-8")).get("endpoints", {})
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise ValueError(f"{path}: {error}") from None
+    tables: Any = read_toml(path).get("endpoints", {})
     if not isinstance(tables, dict) or not isinstance(table := tables.get(name), dict):
         raise ValueError(f"{path}: {unknown('endpoint', name, sorted(tables) if isinstance(tables, dict) else ())}")
     for key in table:

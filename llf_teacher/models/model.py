@@ -17,6 +17,7 @@ from llf_teacher.models.endpoints import Address, check_name, checked_url, place
 from llf_teacher.models.forms import AUTO, AnswerForm
 from llf_teacher.models.local.catalogue import find, is_local, resolved
 from llf_teacher.models.local.endpoint import asked_as, check_local, connect_local, local_settings
+from llf_teacher.models.proxies import reach_proxy
 from llf_teacher.models.replies import Answer, Prices
 from llf_teacher.models.settings import ClientSettings
 from teachers.spec import Spec, check_range
@@ -224,6 +225,7 @@ class AsksModel(Spec):
         else:
             address = asked.address(environment)
             client = ClientSettings.read(address.base_url, environment, address.key)
+            reach_proxy(address.base_url)
         if client.budget is not None and asked.prices is None:
             raise ValueError(f"a spending limit needs prices: add {self.price_fields} to {str(self)!r}")
         if client.budget is not None and asked.max_tokens is None:

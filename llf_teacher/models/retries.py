@@ -8,6 +8,7 @@ import math
 import random
 import time
 from collections.abc import Mapping
+from datetime import UTC
 
 from llf_teacher.models import LLMError
 
@@ -48,10 +49,17 @@ def asked_for(headers: Mapping[str, str]) -> float | None:
         except (KeyError, ValueError):
             continue
         return None if math.isnan(seconds) else max(0.0, seconds)
+    until, now = _date(headers.get("retry-after", "")), _date(headers.get("date", ""))
+    # The endpoint's clock, if it says what it shows: that of this machine may be wrong.
+    return None if until is None else max(0.0, until - (time.time() if now is None else now))
+
+
+def _date(text: str) -> float | None:
+    """A date of HTTP, in seconds since 1970; None if it is none. One without a zone, or of -0000, is in UTC."""
     try:
-        date = email.utils.parsedate_to_datetime(headers["retry-after"])
-        return max(0.0, date.timestamp() - time.time())
-    except (KeyError, ValueError, TypeError, OverflowError, OSError):
+        date = email.utils.parsedate_to_datetime(text)
+        return (date if date.tzinfo else date.replace(tzinfo=UTC)).timestamp()
+    except (ValueError, TypeError, OverflowError, OSError):
         return None
 
 

@@ -13,6 +13,14 @@ from typing import Any, TypeVar
 
 T = TypeVar("T")
 
+
+class WaitsForItselfError(RuntimeError):
+    """A coroutine called a function that waits for the loop in which it runs."""
+
+    lost = False
+    """Whether an endpoint may have charged for a request: it was not sent."""
+
+
 _lock = threading.Lock()
 _loops: dict[int, asyncio.AbstractEventLoop] = {}  # by process: a fork inherits the loop, but not its thread
 
@@ -37,7 +45,9 @@ def wait_for(coroutine: Coroutine[Any, Any, T]) -> T:
 
     Raises:
         RuntimeError: the coroutine raised SystemExit or KeyboardInterrupt, which would end this process.
+        WaitsForItselfError: the caller runs in the loop, so that it would wait for itself for ever.
     """
+    _check_apart(coroutine)
     future = asyncio.run_coroutine_threadsafe(coroutine, loop())
     try:
         return future.result()
@@ -47,10 +57,39 @@ def wait_for(coroutine: Coroutine[Any, Any, T]) -> T:
         raise
 
 
+def _check_apart(*values: Any) -> None:
+    """Check that the caller does not run in the loop; if it does, the coroutines among the values are closed."""
+    if asyncio._get_running_loop() is loop():
+        for value in values:
+            if inspect.iscoroutine(value):
+                value.close()
+        raise WaitsForItselfError(
+            "a coroutine that llf_teacher awaits called a function that waits, and would wait for itself for ever; "
+            "call it in a thread: await asyncio.to_thread(function, ...)"
+        )
+
+
 def awaited(value: Any) -> Any:
     """The value, or its result if it is a coroutine."""
-    return wait_for(_result(value)) if inspect.isawaitable(value) else value
+    if not inspect.isawaitable(value):
+        return value
+    _check_apart(value)
+    return wait_for(_result(value))
+
+
+def all_awaited(values: list[Any]) -> list[Any]:
+    """The values, each coroutine among them replaced by its result, or by the exception that it raises."""
+    if not any(map(inspect.isawaitable, values)):
+        return values
+    _check_apart(*values)
+    return wait_for(_results(values))
 
 
 async def _result(awaitable: Awaitable[Any]) -> Any:
     return await awaitable
+
+
+async def _results(values: list[Any]) -> list[Any]:
+    awaitable = [value for value in values if inspect.isawaitable(value)]
+    results = iter(await asyncio.gather(*awaitable, return_exceptions=True))
+    return [next(results) if inspect.isawaitable(value) else value for value in values]

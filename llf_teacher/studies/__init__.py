@@ -4,6 +4,6 @@
 """
 
 from llf_teacher.studies.definition.study import Study, load_study
-from llf_teacher.studies.results import Results, load, run
+from llf_teacher.studies.results import Results, load, read_csv, run
 
-__all__ = ["Results", "Study", "load", "load_study", "run"]
+__all__ = ["Results", "Study", "load", "load_study", "read_csv", "run"]

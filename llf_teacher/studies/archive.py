@@ -8,10 +8,16 @@ from pathlib import Path
 from llf_teacher.studies.definition.study import Study, to_toml
 from llf_teacher.studies.report import render
 from llf_teacher.studies.store import Store
+from llf_teacher.studies.store.targets import check_target
 
 
 def write_archive(store: Path, path: Path) -> None:
-    """Write the archive of a store; see `llf_teacher.studies.results.Results.archive`. An existing file is replaced."""
+    """Write the archive of a store; see `llf_teacher.studies.results.Results.archive`. An existing file is replaced.
+
+    Raises:
+        ValueError: the file is a store or a study's file.
+    """
+    check_target(path, "the archive", [store])
     draft = path.with_name(f".{path.name}.draft")
     try:
         with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(draft, "w", zipfile.ZIP_DEFLATED) as archive:

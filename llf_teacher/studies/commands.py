@@ -16,6 +16,15 @@ _LISTED = 10  # greatest number of named cells of one store only
 File = Annotated[Path, typer.Argument(help="Store of a study.", exists=True, dir_okay=False)]
 
 
+QUICKSTART = "llf-study"
+"""Name of the built-in study."""
+
+
+def store_of(file: Path | None) -> Path:
+    """The store of a study by its file, in the working directory; of the built-in one without a file."""
+    return Path(f"{QUICKSTART if file is None else file.stem}.db")
+
+
 def add_to(group: typer.Typer) -> None:
     """Add the commands to those of studies."""
     for command in (transcript, figures, diff):
@@ -37,9 +46,16 @@ def transcript(
 
 def figures(
     folder: Annotated[Path, typer.Argument(help="Folder to write to; it is made if there is none.")],
-    store: Annotated[Path, typer.Option("--store", help="Store of a study.", exists=True, dir_okay=False)] = Path(
-        "llf-study.db"
-    ),
+    store: Annotated[
+        Path | None,
+        typer.Option(
+            "--store",
+            help="Store of a study; by default named after the study's file.",
+            exists=True,
+            dir_okay=False,
+            show_default=False,
+        ),
+    ] = None,
     study: Annotated[
         Path | None, typer.Option("--study", help="TOML file of the study; without it, the one that was run.")
     ] = None,
@@ -47,7 +63,7 @@ def figures(
     """Write each figure of the report as standalone SVG and PDF, with its data as CSV."""
     from llf_teacher.studies import load, load_study
 
-    with load(store) as results:
+    with load(store or store_of(study)) as results:
         files = results.figures(folder, load_study(study) if study else None)
     typer.echo(f"{len(files)} files, stored in {folder}.")
 
@@ -60,9 +76,14 @@ def diff(
     """Compare two stores: the second one's cumulative regret minus the first one's, and the cells of one store only."""
     from llf_teacher.studies.analysis.diff import compare
     from llf_teacher.studies.store import Store
+    from llf_teacher.studies.store.targets import check_target
 
+    if html is not None:
+        check_target(html, "the comparison", [first, second])
     console = Console(emoji=False, record=html is not None, markup=False, highlight=False, soft_wrap=True)
     with Store(first, read_only=True) as one, Store(second, read_only=True) as other:
+        one.check()
+        other.check()
         _show(compare(one, other), (f"{first}", f"{second}"), console)
     if html is not None:
         console.save_html(f"{html}")

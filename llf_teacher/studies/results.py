@@ -1,5 +1,6 @@
 """Results of a study, for scripts and notebooks: episodes as a table, turns, transcripts."""
 
+import contextlib
 import csv
 import itertools
 import warnings
@@ -10,10 +11,12 @@ from statistics import fmean
 from typing import TYPE_CHECKING, Any, Self
 
 from llf_teacher.episodes.record import EpisodeRow, EpisodeSpec, TurnRow
+from llf_teacher.escaping import cell_of, text_of_cell
 from llf_teacher.serialization import to_json, write_json_lines
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution import runner
 from llf_teacher.studies.store import Store, StoreError
+from llf_teacher.studies.store.targets import check_target
 from teachers.atoms import Label
 from worlds.extras import pip_install
 
@@ -35,14 +38,16 @@ class Results:
         path: the file.
 
     Raises:
-        StoreError: the file does not exist or is no store.
+        StoreError: the file does not exist, is no store, or lacks episodes that were written.
     """
 
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
         self._store = Store(self.path, read_only=True)
-        if problem := self._store.lost_log():
-            warnings.warn(f"{self.path}: {problem}", RuntimeWarning, stacklevel=2)
+        with contextlib.ExitStack() as on_error:
+            on_error.callback(self.close)
+            self._store.check()
+            on_error.pop_all()
 
     def close(self) -> None:
         """Close the file."""
@@ -51,8 +56,8 @@ class Results:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self.close()
+    def __exit__(self, *error: Any) -> None:
+        self._store.__exit__(*error)
 
     @property
     def episodes(self) -> Any:
@@ -194,14 +199,15 @@ class Results:
         """Write a table, in constant memory.
 
         Args:
-            path: ends in `.csv`, `.jsonl`, or `.parquet`, which needs pyarrow. The file is replaced.
+            path: ends in `.csv` (see `llf_teacher.studies.read_csv`), `.jsonl`, or `.parquet`, which needs pyarrow. The
+                file is replaced.
             table: `episodes` or `turns`.
 
         Returns:
             The number of rows.
 
         Raises:
-            ValueError: another suffix or table.
+            ValueError: another suffix or table, or the file is a store or a study's file.
             ModuleNotFoundError: pyarrow is not installed.
         """
         path = Path(path)
@@ -209,6 +215,7 @@ class Results:
             raise ValueError(f"table must be one of {', '.join(_TABLES)}, got {table!r}")
         if path.suffix not in _WRITERS:
             raise ValueError(f"the file must end in one of {', '.join(_WRITERS)}, got {path.name!r}")
+        check_target(path, "the table", [self.path])
         rows, columns = _TABLES[table]
         return _WRITERS[path.suffix](path, rows(self), columns)
 
@@ -237,7 +244,7 @@ def load(path: Path | str) -> Results:
     """The results in a store.
 
     Raises:
-        StoreError: the file does not exist or is no store.
+        StoreError: the file does not exist, is no store, or lacks episodes that were written.
     """
     return Results(path)
 
@@ -275,6 +282,17 @@ def run(
     return load(path)
 
 
+def read_csv(path: Path | str) -> Iterator[dict[str, str]]:
+    """The rows of a table that `Results.export` wrote as CSV, as texts by their columns.
+
+    In the file, a text has an apostrophe in front, which is removed here, if a spreadsheet would run it (it begins with
+    `=`, `+`, `-`, `@`, a tab or a carriage return) or if it begins with an apostrophe.
+    """
+    with Path(path).open(newline="", encoding="utf-8") as file:
+        for row in csv.DictReader(file):
+            yield {name: text_of_cell(cell) for name, cell in row.items()}
+
+
 def _write_csv(path: Path, rows: Rows, columns: Columns) -> int:
     count = 0
     with path.open("w", newline="", encoding="utf-8") as file:
@@ -282,7 +300,10 @@ def _write_csv(path: Path, rows: Rows, columns: Columns) -> int:
         writer.writeheader()
         for row in rows:
             writer.writerow(
-                {name: to_json(value) if isinstance(value, list | dict) else value for name, value in row.items()}
+                {
+                    name: to_json(value) if isinstance(value, list | dict) else cell_of(value)
+                    for name, value in row.items()
+                }
             )
             count += 1
     return count

@@ -6,15 +6,20 @@ import json
 import math
 import os
 import platform
+import re
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields, is_dataclass, replace
+from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Self, get_args, get_origin, get_type_hints
 
 import llf_teacher
 from llf_teacher.escaping import escape_control_chars
 from llf_teacher.studies.analysis.power import least_effect
 from llf_teacher.studies.analysis.statistics import LEAST, Estimate, holm
+from llf_teacher.studies.store.targets import check_target
+from llf_teacher.suite.answers import AnswerSummary
+from llf_teacher.suite.experiment import all_experiments, asked
 from llf_teacher.suite.score import ALPHA, Score
 from teachers.spec import unknown
 
@@ -26,10 +31,17 @@ FINDS = (
     "with a silent teacher, in the same unit."
 )
 """The explanations of columns by name."""
+HEARD = 0.8
+"""Least score that counts as the whole ability in words."""
+_WELL = {"obedient": "a scripted student that obeys", "reasoner": "a scripted student that reasons"}
+"""References by the beginning of their spec, in plain words."""
+_LATER = ("answers", "left_out", "mixed")
+"""Fields that cards of earlier releases lack."""
 _COUNTED = ("episodes", "turns", "answers", "input_tokens", "output_tokens", "usd")
 _MOST = 1e12
 _RANGES = dict.fromkeys(("seeds", "spread", "finds", "cost", "failures"), (0.0, _MOST))
 _RANGES |= {"p": (0.0, 1.0), "moments_p": (0.0, 1.0)}
+_RANGES |= dict.fromkeys(("turns", "no_action", "cut", "copied", "advised", "followed"), (0.0, _MOST))
 """For fields of a card, the least and the greatest number; numbers in other fields may be negative."""
 _KINDS = {str: "a text", bool: "true or false", int: "an integer", float: "a number"}
 
@@ -48,6 +60,43 @@ class AbilityLine(Score):
     """The least contrast that the test detects with a power of 0.8, at the level of Holm's first step; None without
     one.
     """
+    answers: AnswerSummary = field(default_factory=AnswerSummary)
+    """How the student answered, and a lesson to read."""
+
+    @property
+    def asked(self) -> str:
+        """What was asked, in plain words."""
+        return asked(self.name)
+
+    @property
+    def did(self) -> str:
+        """What the student did, in a sentence of plain words."""
+        reference = all_experiments()[self.name].reference if self.asked else ""
+        other = next((words for spec, words in _WELL.items() if reference.startswith(spec)), "the reference")
+        if self.score is None:
+            return f"This could not be measured: {self.why}."
+        spared = f"the teacher spared it {self.score:.0%} of the loss that it spares {other}"
+        if self.score <= 0:
+            spared = "the teacher spared it nothing"
+        if self.alike is not None:
+            if self.alike:
+                return "It did as well as without this: it lost nothing that chance does not explain."
+            if self.p is not None and self.p < ALPHA and self.score < 1:
+                return f"It lost by this, {1 - self.score:.0%} of what it costs {other}."
+            return "Whether it lost by this is open: chance explains the difference, but more worlds may show one."
+        if self.note:
+            return f"Whether it {self.ability} was not shown: it {self.note}."
+        if self.above:
+            return f"It {'did' if self.score >= HEARD else 'did in part'}: {spared}."
+        low = " Its answers failed so often that this need not be deafness." * self.answers.failed
+        if self.high is not None and self.high < HEARD / 2:
+            return f"It did not: {spared}, no more than chance explains.{low}"
+        return f"This is open: {spared}, and chance explains as much.{low}"
+
+    @property
+    def measured(self) -> str:
+        """The score with its interval and the number of worlds."""
+        return f"score {self.words}, {self.seeds} worlds" if self.score is not None else "no score"
 
     @property
     def note(self) -> str:
@@ -84,6 +133,10 @@ class Card:
     error: str
     """The reason of the first failure, with the line of the student's code."""
     versions: Mapping[str, str]
+    left_out: Mapping[str, str] = field(default_factory=dict)
+    """Experiments that the quick suite left out for want of time, each with the reason."""
+    mixed: Mapping[str, str] = field(default_factory=dict)
+    """Students and teachers whose code changed between the episodes, each with how many of each version."""
 
     @classmethod
     def of(
@@ -93,11 +146,12 @@ class Card:
         scores: Mapping[str, Score],
         rows: Sequence[Mapping[str, Any]],
         lost: Sequence[Mapping[str, Any]],
+        answers: Mapping[str, AnswerSummary] = MappingProxyType({}),
         **settings: Any,
     ) -> Self:
         """The card of scores, by name as what was asked, from the rows of episodes and failures of this and others.
 
-        Settings are `suite`, `digest`, `key` and `quick`.
+        Summaries of answers are by name, too. Settings are `suite`, `digest`, `key`, `quick`, `left_out` and `mixed`.
         """
         played, failed = ([row for row in each if row["student"] == student] for each in (rows, lost))
         cost = {name: math.fsum(row.get(name) or 0 for row in played) for name in _COUNTED}
@@ -114,6 +168,7 @@ class Card:
                 "moments_p": moments_p[i],
             }
             values |= {"silence": each.silence and replace(each.silence, p=silent_p[i])}
+            values |= {"answers": answers.get(name, AnswerSummary())}
             lines.append(AbilityLine(name=name, ability=asked[name].ability, **values))
         return cls(
             student=student,
@@ -126,13 +181,18 @@ class Card:
         )
 
     def sentences(self) -> list[str]:
-        """Three sentences: the best abilities, the missing ones, and the unmeasured ones.
+        """Sentences: the best abilities, the missing ones, the unmeasured ones, and what was not asked.
 
-        After the first comes a sentence for each ability with different results beside placebo and silence.
+        After the first comes a sentence for each ability with different results beside placebo and silence. Abilities
+        in whose lessons many answers failed are not called missing; a sentence has them, and one what was answered.
         """
+        several = [f"Not one result: {words}." for words in self.mixed.values()]
+        return several + self._findings()
+
+    def _findings(self) -> list[str]:
         measured = [each for each in self.lines if each.score is not None]
         if not measured:
-            return ["Nothing was measured."]
+            return ["Nothing was measured.", *self._failed(), *self._not_asked()]
         plain, noted = ([each for each in measured if bool(each.note) == odd] for odd in (False, True))
         shown = [each for each in plain if (each.above if each.alike is None else each.alike)]
         # equal regret is weaker evidence: unheard lessons also have equal regret
@@ -141,16 +201,35 @@ class Card:
         in_part = " in part" * (best is not None and (best.score or 0) < 0.5)
         said = [f"The student {best.ability}{in_part}: {best.words}." if best else none]
         said += [f"Whether it {each.ability} was not shown: it {each.note}." for each in noted]
-        less = [each for each in plain if each.high is not None and each.high < 0.5]
+        less = [each for each in plain if each.high is not None and each.high < 0.5 and not each.answers.failed]
         lacking = sorted(less, key=lambda each: each.high or 0)
         weak = "; ".join(f"{each.ability} ({each.words})" for each in lacking[:3])
         if weak:
             more = f"; and {len(lacking) - 3} more" * (len(lacking) > 3)
             said.append(f"Less than half of what the reference has: {weak}{more}.")
-        elif not noted:
+        elif not noted and not any(each.answers.failed for each in plain):
             said.append("No interval lies below half of what the reference has.")
+        said += self._failed()
         names = "; ".join(each.ability for each in self.lines if each.score is None)
         said.append(f"Not measured: {names}." if names else f"All {len(measured)} were measured.")
+        return said + self._not_asked()
+
+    def _failed(self) -> list[str]:
+        """What is said of abilities in whose lessons many answers failed, with a sample of one."""
+        failed = [each for each in self.lines if each.answers.failed]
+        if not failed:
+            return []
+        counts = "; ".join(f"{e.ability} (of {e.answers.turns} {', '.join(e.answers.faults)})" for e in failed)
+        worst = max(failed, key=lambda each: each.answers.no_action / each.answers.turns).answers
+        return [f"Answers failed, so that a low score need not be deafness: {counts}.", worst.sample]
+
+    def _not_asked(self) -> list[str]:
+        """What the card does not say."""
+        said = [f"Left out: {all_experiments()[name].ability}, for {why}." for name, why in self.left_out.items()]
+        there = {each.name for each in self.lines} | {*self.left_out}
+        rest = "; ".join(each.ability for name, each in all_experiments().items() if name not in there)
+        if self.quick and rest:
+            said.append(f"The quick suite cannot judge, and the whole one asks, whether it {rest}.")
         return said
 
     def as_json(self) -> str:
@@ -195,7 +274,9 @@ class Card:
         rows = [[f"{each.name}: {row[0]}", *row[1:]] for each, row in zip(self.lines, rows, strict=True)]
         cells = [[cell.replace("|", "with") for cell in row] for row in (heads, ["---"] * len(heads), *rows)]
         table = [f"| {' | '.join(row)} |" for row in cells]
-        return "\n".join([f"# `{self.student}`", "", *self.sentences(), "", *table, "", FINDS, "", self.settings(), ""])
+        told = [part for each in self.lines for part in _told(each)]
+        head = [f"# `{self.student}`", "", *self.sentences(), ""]
+        return "\n".join([*head, *told, "## Numbers", "", *table, "", FINDS, "", self.settings(), ""])
 
     def settings(self) -> str:
         """The settings and the cost of the scores, in a sentence."""
@@ -246,6 +327,30 @@ class Card:
         path.write_text(getattr(self, FORMATS[path.suffix])(), encoding="utf-8")
 
 
+def _told(line: AbilityLine) -> list[str]:
+    """An ability in Markdown: what was asked, what the student did, and a lesson to open."""
+    answers = line.answers
+    parts = [
+        f"## {line.name}: {line.ability}",
+        "",
+        f"{line.asked} **{line.did}** ({line.measured}.) {answers.words}",
+        "",
+    ]
+    if not answers.transcript:
+        return parts
+    fence = "`" * max(3, 1 + max(map(len, re.findall("`+", answers.transcript)), default=0))
+    lesson = [
+        "<details><summary>A lesson, turn by turn</summary>",
+        "",
+        fence,
+        answers.transcript,
+        fence,
+        "",
+        "</details>",
+    ]
+    return [*parts, answers.sample, "", *lesson, ""]
+
+
 def adjusted(p: Sequence[float | None]) -> list[float | None]:
     """p-values after Holm's correction, over all that exist."""
     there = iter(holm([each for each in p if each is not None]))
@@ -264,6 +369,7 @@ def check_file(path: Path) -> None:
         raise FileNotFoundError(f"the folder {path.absolute().parent} of the card does not exist; make it first")
     if path.is_dir() or not os.access(path if path.exists() else path.absolute().parent, os.W_OK):
         raise ValueError(f"cannot write the card to {path}: give a file that you may write")
+    check_target(path, "the card")
 
 
 def _read(type_: Any, value: Any, where: str, ends: tuple[float, float] = (-_MOST, _MOST)) -> Any:
@@ -272,7 +378,8 @@ def _read(type_: Any, value: Any, where: str, ends: tuple[float, float] = (-_MOS
     if type(None) in inner:
         return None if value is None else _read(inner[0], value, where, ends)
     if isinstance(value, dict) and made:
-        if odd := sorted({*value} ^ {each.name for each in fields(type_)}):
+        there = {each.name for each in fields(type_)}
+        if odd := sorted(({*value} - there) | (there - {*value, *_LATER})):
             raise ValueError(f"{where}: missing or unknown: {', '.join(odd)}")
         read = ((name, hint, _RANGES.get(name, ends)) for name, hint in get_type_hints(type_).items() if name in value)
         return type_(**{name: _read(hint, value[name], f"{where}.{name}", own) for name, hint, own in read})

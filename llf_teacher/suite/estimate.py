@@ -34,7 +34,7 @@ class CostEstimate:
         if self.input_tokens is None:
             return text
         out = "unknown" if self.output_tokens is None else f"at most {self.output_tokens}"
-        price = "price unknown" if self.usd is None else f"at most about {self.usd:.2f} USD"
+        price = "price unknown" if self.usd is None else f"at most about {self.usd:.2f} USD" if self.usd else "free"
         return f"{text}, about {self.input_tokens} tokens in, {out} out, {price}"
 
 

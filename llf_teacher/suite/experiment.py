@@ -62,6 +62,11 @@ def all_experiments() -> Mapping[str, Experiment]:
     return MappingProxyType({name: import_module(f"{experiments.__name__}.{name}").EXPERIMENT for name in ORDER})
 
 
+def asked(name: str) -> str:
+    """What a student is asked in an experiment, in plain words; empty for an unknown name."""
+    return f"{import_module(f'{experiments.__name__}.{name}').ASKED}" if name in ORDER else ""
+
+
 ORDER = (
     *("advice", "warnings", "praise", "blame", "hints"),
     *("silence", "recall", "rules", "voice", "truisms", "turncoat"),

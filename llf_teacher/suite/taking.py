@@ -2,26 +2,33 @@
 
 import hashlib
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from llf_teacher.registry import entry
+from llf_teacher.students.builtin.llm import LLM
 from llf_teacher.students.parsing import parse_student
-from llf_teacher.studies import load, run
+from llf_teacher.students.trait import traits_of
+from llf_teacher.studies import load
 from llf_teacher.studies.definition.custom_specs import student_spec
 from llf_teacher.studies.definition.design import TESTER
+from llf_teacher.studies.definition.fingerprints import mixed, mixed_words
 from llf_teacher.studies.definition.study import Study
-from llf_teacher.studies.execution.limits import Limits
-from llf_teacher.studies.execution.runner import RunOptions
+from llf_teacher.studies.execution.changes import STOP
+from llf_teacher.studies.execution.progress import in_words
+from llf_teacher.suite.answers import answers_of, first_prompt
 from llf_teacher.suite.card import Card, checksum
 from llf_teacher.suite.environments import ARMS, OPTIONS
 from llf_teacher.suite.experiment import TURNS, Experiment, all_experiments
-from llf_teacher.suite.score import LEVELS, Arms, Score, score
+from llf_teacher.suite.playing import Progress, SuitePlayer
+from llf_teacher.suite.score import ALPHA, LEVELS, Arms, Score, score
 from teachers.common import FACTS
 from teachers.spec import unknown
 
@@ -30,6 +37,8 @@ VERSION = "suite-v1"
 QUICK_SEEDS, QUICK_TURNS = 8, 5
 QUICK = ("advice", "hints", "silence", "turncoat")
 """The experiments of `quick`: those with the best ratio of contrast to noise; each is played with bandits."""
+QUICK_SECONDS = 1200
+"""Time of the quick suite; for a slow student it leaves out what does not fit."""
 FIRST_SEED = 500_000
 """First seed of the suite without a key."""
 
@@ -112,6 +121,29 @@ def _unable(spec: str, id: str) -> str:
     return why
 
 
+class Outlook(NamedTuple):
+    """What a run of the suite is going to play, and how long that takes at the measured speed."""
+
+    names: tuple[str, ...]
+    """The experiments."""
+    left_out: Mapping[str, str]
+    """Experiments that the quick suite leaves out for want of time, each with the reason."""
+    worlds: int
+    """Number of worlds of most experiments."""
+    episodes: int
+    """Number of the student's episodes that are missing."""
+    seconds: float
+    """How long all missing episodes take, those of references included."""
+    turn_seconds: Mapping[str, float]
+    """Seconds of a turn of the student, by environment; empty if nothing is missing."""
+
+    def __str__(self) -> str:
+        speed = ", ".join(f"{seconds:.2g} s in {id}" for id, seconds in self.turn_seconds.items())
+        text = f"{self.episodes} episodes of the student are to be played: about {in_words(self.seconds)}"
+        text += f" at the measured speed (a turn takes {speed})" if speed else ""
+        return ". ".join([text, *(f"Left out: {name}, for {why}" for name, why in self.left_out.items())]) + "."
+
+
 def take(
     student: Any,
     store: Path | str,
@@ -119,10 +151,15 @@ def take(
     quick: bool = False,
     key: str = "",
     workers: int | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
     turn_seconds: float | None = None,
+    announce: Callable[[Outlook], object] | None = None,
+    changed: str = STOP,
 ) -> Card:
     """Play the episodes of the suite that the store lacks, and return the card of a student.
+
+    It plays a few episodes of each kind first, which measure the speed. `quick` without names is as much of its
+    experiments as fits `QUICK_SECONDS` at that speed: see `quick_plans`.
 
     Args:
         student: a spec, a `Student`, or the factory of an agent.
@@ -131,47 +168,117 @@ def take(
         quick: fewer experiments, seeds and turns, for agents whose answers cost money or time.
         key: a text of your choice, for worlds that nobody could tune an agent to.
         workers: as in `llf_teacher.studies.run`.
-        progress: called with the number of completed episodes, and the total.
+        progress: called with the number of completed episodes, the total, and the seconds that are left.
         turn_seconds: time limit of a turn, after which the episode of a hanging agent fails; None: no limit.
+        announce: called with what is going to be played, after the measurement.
+        changed: what becomes of stored episodes whose student has changed since: `stop` before playing, `replay`, or
+            `keep`, which the card says.
 
     Raises:
         ValueError: the student or an experiment is unknown, or cannot play.
+        StoreError: the student's code has changed since episodes in the store were played.
         StudyError: the episodes cannot go on, for example after a spending limit; completed ones are stored.
     """
-    spec, experiments, seeds = student_spec(student), chosen(names, quick), seeds_of(key, quick)
-    studies = studies_of([spec], experiments, seeds, QUICK_TURNS if quick else TURNS)
-    rows, lost = played(studies, store, workers, progress, turn_seconds)
+    began = time.monotonic()
+    spec, experiments, turns = student_spec(student), chosen(names, quick), QUICK_TURNS if quick else TURNS
+    seeds: Sequence[int] = seeds_of(key, quick)
+    player = SuitePlayer(store, spec, workers, progress, turn_seconds, changed)
+    studies = studies_of([spec], experiments, seeds, turns)
+    player.begin(studies)
+    player.measure(studies)
+    left_out: dict[str, str] = {}
+    hurry = quick and not names
+    if hurry:
+        experiments, seeds = _fitting(player, spec, seeds)
+        left_out = {name: _too_slow(player, spec) for name in QUICK if name not in experiments}
+        studies = studies_of([spec], experiments, seeds, turns)
+        player.begin(studies)
+    if announce is not None:
+        number = len(seeds[: max(each.seeds for each in experiments.values())])
+        speeds = player.pace.turn_seconds(spec) if player.missing(spec) else {}
+        announce(Outlook(tuple(experiments), left_out, number, player.missing(spec), player.seconds_left, speeds))
+    if hurry and player.seconds_left > QUICK_SECONDS / 4:
+        experiments = _in_time(player, spec, experiments, seeds, began + QUICK_SECONDS)
+        left_out = {name: _too_slow(player, spec) for name in QUICK if name not in experiments} | left_out
+        studies = studies_of([spec], experiments, seeds, turns)
+    else:
+        player.play(studies)
+    rows, lost = player.results(studies)
     scores = {name: scored(each, spec, rows, seeds) for name, each in experiments.items()}
-    return Card.of(spec, experiments, scores, rows, lost, suite=VERSION, digest=digest(), key=key, quick=quick)
-
-
-def played(
-    studies: Iterable[Study],
-    store: Path | str,
-    workers: int | None,
-    progress: Callable[[int, int], None] | None,
-    turn_seconds: float | None,
-) -> tuple[list[Mapping[str, Any]], list[Mapping[str, Any]]]:
-    """Play the episodes of the studies that the store lacks, and return the rows of episodes and of failures.
-
-    Arguments as in `take`; `progress` covers all studies.
-    """
-    options = RunOptions(limits=Limits(turn_seconds=turn_seconds), retry_failed=True)
-    each_keys = [(study, {each.key for each in study.episodes()}) for study in studies]
-    total, done = sum(len(own) for _, own in each_keys), 0
-    lost: list[Mapping[str, Any]] = []
-
-    def show(of_study: int, _: int) -> None:
-        if progress is not None:
-            progress(done + of_study, total)
-
-    for study, own in each_keys:
-        with run(study, store, workers, show, options) as results:
-            lost += [each for each in results.failures() if each["key"] in own]
-        done += len(own)
-    keys = set[str]().union(*(own for _, own in each_keys))
     with load(store) as results:
-        return [row for row in results.rows() if row["key"] in keys], lost
+        form = _form_of(spec)
+        played = (({row["teacher"], row["student"]}, row["revision"], 1) for row in rows)
+        several = {name: mixed_words(name, numbers) for name, numbers in mixed(results.definitions, played).items()}
+        answers = {name: answers_of(each, spec, rows, seeds, results, form) for name, each in experiments.items()}
+    settings = {"suite": VERSION, "digest": digest(), "key": key, "quick": quick, "left_out": left_out}
+    return Card.of(spec, experiments, scores, rows, lost, answers, mixed=several, **settings)
+
+
+def _form_of(spec: str) -> Callable[[str], str]:
+    """For a student that asks a model, the text of its first prompt in an environment, by id; empty for others."""
+    student, _ = traits_of(parse_student(spec))
+
+    @cache
+    def form(id: str) -> str:
+        return first_prompt(id, student, **OPTIONS.get(id, {})) if isinstance(student, LLM) else ""
+
+    return form
+
+
+def by_need(experiments: Mapping[str, Experiment]) -> list[str]:
+    """The names of experiments, those that rest on few others first."""
+    return sorted(experiments, key=lambda name: len(experiments[name].rests_on))
+
+
+def quick_plans(seeds: Sequence[int]) -> Iterator[tuple[dict[str, Experiment], Sequence[int]]]:
+    """What the quick suite may play, from the most to the least: experiments, and the seeds of their worlds.
+
+    The experiment that rests on most others goes first. The last plan has the fewest worlds whose test can be
+    significant; fewer turns would change what the others measure.
+    """
+    whole = chosen(quick=True)
+    ordered = by_need(whole)
+    for number in range(len(ordered), 0, -1):
+        yield {name: each for name, each in whole.items() if name in ordered[:number]}, seeds
+    fewest = math.ceil(math.log2(2 / ALPHA))  # signs of that many worlds can be flipped in so many ways
+    yield {ordered[0]: whole[ordered[0]]}, seeds[:fewest]
+
+
+def _fitting(player: SuitePlayer, student: str, seeds: Sequence[int]) -> tuple[dict[str, Experiment], Sequence[int]]:
+    """The first plan of the quick suite that fits its time and has all that was begun; else the least."""
+    best = chosen(quick=True), seeds
+    for plan in quick_plans(seeds):
+        keys = {each.key for study in studies_of([student], *plan, QUICK_TURNS) for each in study.episodes()}
+        if not player.begun <= keys:
+            break
+        best = plan
+        if player.seconds_of(keys) <= QUICK_SECONDS:
+            break
+    return best
+
+
+def _in_time(
+    player: SuitePlayer, student: str, experiments: Mapping[str, Experiment], seeds: Sequence[int], until: float
+) -> dict[str, Experiment]:
+    """Play experiments one after the other, as long as the next one fits the time or was begun; returns these."""
+    played: dict[str, Experiment] = {}
+    keys: set[str] = set()
+    for name in by_need(experiments):
+        studies = studies_of([student], {name: experiments[name]}, seeds, QUICK_TURNS)
+        own = {each.key for study in studies for each in study.episodes()} - keys
+        if played and not player.begun & own and time.monotonic() + player.seconds_of(own) > until:
+            break
+        player.play(studies)
+        played[name] = experiments[name]
+        keys |= own
+    return {name: each for name, each in experiments.items() if name in played}
+
+
+def _too_slow(player: SuitePlayer, student: str) -> str:
+    """Why an experiment does not fit the quick suite."""
+    speed = max(player.pace.turn_seconds(student).values(), default=0.0)
+    minutes = QUICK_SECONDS // 60
+    return f"at {speed:.2g} s a turn it does not fit {minutes} minutes; the same command goes on with what fits then"
 
 
 def scored(experiment: Experiment, student: str, rows: Iterable[Mapping[str, Any]], seeds: Sequence[int]) -> Score:

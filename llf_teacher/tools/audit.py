@@ -9,10 +9,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from llf_teacher.episodes.loop import play_turns
-from llf_teacher.episodes.record import claim_name
+from llf_teacher.episodes.record import claim_name, unchecked
 from llf_teacher.episodes.recorder import Recorder
 from llf_teacher.gym import StudentEnv
 from llf_teacher.registry import entry
+from llf_teacher.speakers.parsing import parse_teacher
+from llf_teacher.speakers.speaker import Speaker
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import Policy
 from pz_envs.settings import Settings
@@ -34,16 +36,17 @@ from teachers.atoms import (
 )
 from teachers.information import Gain
 from teachers.oracle import POSTERIOR, Oracle
-from teachers.personality import Personality, parse_personality
+from teachers.personality import Personality
 from teachers.reliability import Reliability
 from teachers.teacher import Teacher
 from teachers.testing.habits import HABITS
-from teachers.voice import Change
+from teachers.voice import PLAIN, Change, voice_names
 from worlds.world import World
 
 STUDENTS = ("random", "obedient", *(f"wayward(habit={habit!r})" for habit in HABITS))
 """Specs of the students in an audit: random actions, advised actions, and unusual habits."""
 _EXAMPLES = 5
+_CAUGHT = 0.002  # p-value, on both sides, of hedges that no honest teacher says
 
 
 class Finding(NamedTuple):
@@ -105,6 +108,8 @@ class Audit:
     """Number of sentences in which a rewriting voice changed a number or a name."""
     changed: list[Change] = field(default_factory=list)
     """The first changes."""
+    reworded: int = 0
+    """Number of sentences that are no shipped paraphrase of their claim; nobody checked whether they say the same."""
 
     def count(self, *labels: Label) -> int:
         """Number of claims with one of these labels."""
@@ -127,10 +132,18 @@ class Audit:
 
     @property
     def caught(self) -> bool:
-        """Whether there are leaks, an honest teacher's falsehoods or contradictions, or claims false elsewhere."""
+        """Whether there are leaks, claims false elsewhere, or what an honest teacher does not say.
+
+        That is false claims, contradictions and overconfident hedges.
+        """
         if self.leaks or any(number for (_, there, _), number in self.elsewhere.items() if not there):
             return True
-        return self.honest and self.count(Label.DISTORTED) + self.contradictions > 0
+        return self.honest and self.count(Label.DISTORTED) + self.contradictions + self.overconfident > 0
+
+    @property
+    def overconfident(self) -> bool:
+        """Whether hedged claims hold far less often than said: so that calibrated ones seem so once in 1,000 audits."""
+        return self.hedges.verdict == "overconfident" and self.hedges.p_value < _CAUGHT
 
     def displaced(self) -> dict[FeedbackType | None, tuple[int, int, int]]:
         """For each kind with claims of other lessons: their number, how many hold there, and how many hold here."""
@@ -174,6 +187,7 @@ class Audit:
             "examples": [example._asdict() for example in self.examples],
             "changes": self.changes,
             "changed": [change._asdict() for change in self.changed],
+            "reworded": self.reworded,
         }
 
 
@@ -195,8 +209,9 @@ def audit(
 
     Args:
         id: an id of `llf_teacher.ids()`, or a `Lesson`.
-        teacher: a spec string, a `Personality`, or any policy for the teacher's seat. Its attributes `honest` and
-            `reveals` state what it promises, as those of personalities do; both are True where they are missing.
+        teacher: a spec string, a `Personality`, a `Speaker`, or any policy for the teacher's seat. Its attributes
+            `honest` and `reveals` state what it promises, as those of personalities do; both are True where they are
+            missing.
         turns: number of turns, shared equally by all combinations of student and instruction type.
         students: specs of students.
         instruction_types: types of instruction to use; None for all that the environment supports; with `worlds`, for
@@ -212,12 +227,13 @@ def audit(
     """
     if turns < 1:
         raise ValueError(f"turns must be at least 1, got {turns!r}")
-    teacher = parse_personality(teacher) if isinstance(teacher, str) else teacher
-    name = str(teacher) if isinstance(teacher, Personality) else type(teacher).__name__
+    teacher = parse_teacher(teacher) if isinstance(teacher, str) else teacher
+    promise = teacher.arguments()["teacher"] if isinstance(teacher, Speaker) else teacher
+    name = str(teacher) if isinstance(teacher, Personality | Speaker) else type(teacher).__name__
     family = id if isinstance(id, Subject) else entry(id).family
-    if worlds or POSTERIOR in getattr(teacher, "needs", ()):
+    if worlds or POSTERIOR in getattr(promise, "needs", ()):
         settings = {**family.posterior_needs, **settings}
-    found = Audit(family.name if isinstance(id, Subject) else entry(id).id, name, getattr(teacher, "honest", True))
+    found = Audit(family.name if isinstance(id, Subject) else entry(id).id, name, getattr(promise, "honest", True))
     options = {name: value for name, value in settings.items() if name in family.options()}
     taught = family.for_lesson(Settings(options=options, max_turns=settings.get("max_turns")))
     types = tuple(
@@ -225,6 +241,7 @@ def audit(
         or ("b",) * bool(worlds)
         or taught.make_teacher(taught.make_world(**options)).oracle.instruction_types
     )
+    voice = settings.get("voice", PLAIN)
     combinations = list(itertools.product(map(parse_student, students), types))
     for done, (student, type_) in enumerate(combinations, 1):
         given = {"instruction_type": type_, "feedback_type": feedback_type, "text": student.text, **settings}
@@ -239,16 +256,16 @@ def audit(
             if patience := getattr(student, "patience", None):
                 left = min(left, 1 + seed % patience)
             episode = _Episode(type_, seed, left, {}, {})
-            if isinstance(teacher, Personality) and (done + seed) % 2 == 0:
+            if isinstance(promise, Personality) and (done + seed) % 2 == 0:
                 episode = _varied(episode, env.session.world, settings, np.random.default_rng([done, seed]))
             if episode.options:
                 other = StudentEnv(id, teacher=teacher, **given | {"instruction_type": "b"} | episode.options)
                 if type_ in other.session.teacher.oracle.instruction_types:  # it may depend on the options
                     other.session.teacher.instruction_type = type_
-                    _watch(found, other, student.seat(other.family, other.session.world), episode, worlds)
+                    _watch(found, other, student.seat(other.family, other.session.world), episode, worlds, voice)
                 other.close()
             else:
-                _watch(found, env, policy, episode, worlds)
+                _watch(found, env, policy, episode, worlds, voice)
             if progress:
                 progress(found.turns)
         env.close()
@@ -274,7 +291,7 @@ def _varied(episode: _Episode, world: World[Any], given: Collection[str], rng: n
     return episode._replace(options=options, reset=world.draw_reset(rng))
 
 
-def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episode, worlds: int) -> None:
+def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episode, worlds: int, voice: Any) -> None:
     """Play an episode, check its claims, and add what that shows to the result."""
     teacher = env.teacher
     promise = teacher.personality if isinstance(teacher, Teacher) else teacher
@@ -286,6 +303,7 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episod
     oracle: Oracle[Any, Any] | None = None  # needed if a claim rests on others
     found.episodes += 1
     worlds = 0 if episode.options or episode.reset else worlds
+    book = env.family.phrasebook(voice if voice in voice_names() else PLAIN)
     recorder = Recorder(env.family.name, env.student_view)
     recorder.measure(env.family, episode.seed, worlds)
     for turn in itertools.islice(play_turns(env, student, episode.seed, episode.reset), episode.turns + 1):
@@ -306,7 +324,14 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episod
         found.changed += changes[: _EXAMPLES - len(found.changed)]
         if not atoms and turn.feedback:
             found.claims[None, Label.UNCHECKED] += 1
+        elif atoms:
+            found.reworded += unchecked(f"{turn.instruction} {turn.feedback}", [atom.text for atom, _ in atoms])
         for atom, label in atoms:
+            if not _is_genuine(unhedged(atom.claim)):
+                label = Label.DISTORTED  # its fields may equal what they do not say
+            elif type(unhedged(atom.claim)) not in book.classes:
+                label = Label.UNCHECKED  # a class of one's own, whose check may say anything
+            found.reworded += bool(atom.text) and not book.has(atom, moment.turn)
             if isinstance(atom.claim, Grounded) and label is not Label.DISTORTED:
                 if oracle is None:
                     oracle = env.family.make_teacher(env.session.world.scratch()).oracle
@@ -335,6 +360,15 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episod
                 _add_example(found, "contradiction", pair, where)
     found.hedges.add(hedges)
     found.withheld.update(claim.kind for claim, _ in (offered - said).elements())
+
+
+def _is_genuine(claim: Claim[Any]) -> bool:
+    """Whether the fields of a claim are what its class accepts, however it was made."""
+    try:
+        Claim.__post_init__(claim)
+    except TypeError:
+        return False
+    return True
 
 
 def _add_example(found: Audit, what: str, atoms: Iterable[Atom], where: tuple[Any, ...]) -> None:

@@ -11,7 +11,7 @@ from pz_envs.frames import tile_frames
 from pz_envs.global_state import Seated, Shared
 from pz_envs.parallel_seats import ParallelSeats
 from pz_envs.scripted import Attention, refuse_unread
-from pz_envs.seats import STUDENT, TEACHER, SeatsEnv, known_options
+from pz_envs.seats import STUDENT, TEACHER, SeatsEnv, checked_options
 from pz_envs.settings import Settings, check_flags
 from pz_envs.subject import Seating, Subject
 from pz_envs.teacher_view import CHOICES, CLAIM_COLUMNS, LEGAL, SUBSET_BITS, mask_space, words_space
@@ -141,8 +141,7 @@ class ClassroomEnv(SeatsEnv):
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
         """Begin an episode; without a seed the random streams go on. `options` are the worlds'."""
         world = self.sessions[0].world
-        options = known_options(options, world)
-        world.check_reset(options)  # checked before any session begins
+        options = checked_options(options, world)  # before any session begins
         if seed is None:
             self.seeds.episode += 1
         else:
@@ -158,7 +157,7 @@ class ClassroomEnv(SeatsEnv):
         """Begin another episode of the same lesson; see `SeatsEnv`."""
         self.seeds.episode += 1
         for i, session in enumerate(self.sessions):
-            session.start_next_episode(None if start is None else start[i], known_options(options, session.world))
+            session.start_next_episode(None if start is None else start[i], checked_options(options, session.world))
         self._open_class()
 
     @property

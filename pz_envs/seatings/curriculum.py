@@ -13,7 +13,7 @@ from pz_envs.global_state import GlobalState, Shared
 from pz_envs.lifetime_env import LifetimeEnv
 from pz_envs.numbers import Field
 from pz_envs.seatings.tutoring import TutoringEnv
-from pz_envs.seats import STUDENT, SeatsEnv
+from pz_envs.seats import STUDENT, SeatsEnv, checked_options
 from pz_envs.settings import Settings
 from pz_envs.subject import Seating, Subject
 from teachers.atoms import Moment
@@ -112,6 +112,8 @@ class CurriculumEnv(LifetimeEnv):
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
         """Begin; without a seed the random streams go on. `options` are the worlds', in each lesson."""
+        for room in dict.fromkeys(self.rooms):
+            checked_options(options, room.session.world)  # before any room begins
         for room in dict.fromkeys(self.rooms):
             room.reset(seed, options)
         self._begin(options)

@@ -10,7 +10,7 @@ from itertools import islice
 from typing import NamedTuple
 
 __all__ = [
-    "Place",
+    "AnswerPlace",
     "cleaned",
     "fenced",
     "find_place",
@@ -53,7 +53,7 @@ _SENTENCES = 40  # from each end of a text
 _BRACED = 20_000  # characters in which brackets are looked for
 
 
-class Place(NamedTuple):
+class AnswerPlace(NamedTuple):
     """Where an answer stands."""
 
     label: str
@@ -88,7 +88,7 @@ def _tag(names: tuple[str, ...]) -> re.Pattern[str]:
     return re.compile(rf"<(/?)(?:final_)?(?:{'|'.join((_NOUNS, 'tool_call', *map(re.escape, names)))})>", re.IGNORECASE)
 
 
-def find_place(text: str, names: tuple[str, ...] = (), verbatim: bool = False) -> Place:
+def find_place(text: str, names: tuple[str, ...] = (), verbatim: bool = False) -> AnswerPlace:
     """Where the answer stands in a text without marked reasoning.
 
     Args:
@@ -104,10 +104,10 @@ def find_place(text: str, names: tuple[str, ...] = (), verbatim: bool = False) -
         said = thoughtless(text[label.end() : end], verbatim).strip()
         if said.strip("*_`# \n"):
             opened = label[0].strip()[:1]
-            return Place(label[0].strip(), said.removesuffix(_CLOSING[opened]) if opened in _CLOSING else said)
+            return AnswerPlace(label[0].strip(), said.removesuffix(_CLOSING[opened]) if opened in _CLOSING else said)
     if labels and not thoughtless(text[: labels[0].start()], verbatim).strip():
-        return Place(labels[-1][0].strip(), "")
-    return Place("", text[: labels[0].start()] if labels else text)
+        return AnswerPlace(labels[-1][0].strip(), "")
+    return AnswerPlace("", text[: labels[0].start()] if labels else text)
 
 
 def thoughtless(text: str, verbatim: bool = False) -> str:

@@ -7,7 +7,7 @@ from teachers.personality import Claims, View, personality
 from teachers.spec import Range
 
 
-@personality(source="the inverse of temperature scaling, Guo et al. 2017")
+@personality(source="the inverse of temperature scaling, Guo et al. 2017", honest=False)
 def overconfident(claims: Claims, view: View, *, by: Annotated[float, Range(1, 100)] = 2.0) -> Claims:
     """Multiplies the log-odds of each hedge; by 2, 80 % becomes 94 %.
 

@@ -10,7 +10,16 @@ import gymnasium
 from teachers.planning.exact import Exact
 from teachers.planning.expert import Expert
 from teachers.planning.known import Known, known, words_of
-from teachers.planning.planner import REWARDS, Planned, Planner, PlanningError, RewardsOnlyWarning, check_steps
+from teachers.planning.planner import (
+    REWARDS,
+    Planned,
+    Planner,
+    PlanningError,
+    RewardsOnlyWarning,
+    UnfitError,
+    check_steps,
+    guarded,
+)
 from teachers.reward_oracle import RewardOracle
 from teachers.spec import parse_call
 
@@ -26,6 +35,8 @@ __all__ = [
     "survey",
 ]
 
+_Env = gymnasium.Env[Any, Any]
+
 TIERS: dict[str, type[Planner]] = {
     "exact": Exact,
     "expert": Expert,
@@ -36,19 +47,33 @@ TIERS: dict[str, type[Planner]] = {
 class Auto(Planner):
     """Uses the first tier that serves an environment, with its default options; if none does, rewards alone."""
 
-    def plan(self, env: gymnasium.Env[Any, Any], turns: int, success: Callable[..., Any] | None = None) -> Planned:
+    def plan(
+        self, env: _Env, turns: int, success: Callable[..., Any] | None = None, other: _Env | None = None
+    ) -> Planned:
         """Try each tier; if none serves, warn of the reasons.
 
         Raises:
             PlanningError: the environment cannot be reset and stepped.
         """
-        check_steps(env)
         refused: dict[str, str] = {}
-        for name, planner in TIERS.items():
-            try:
-                return replace(planner().plan(env, turns, success), refused=refused)
-            except PlanningError as error:
-                refused[name] = f"{error}"
+        try:
+            guarded(env, lambda: check_steps(env), other)
+            for name, planner in TIERS.items():
+                try:
+                    return replace(planner().plan(env, turns, success, other), refused=refused)
+                except UnfitError:
+                    raise
+                except PlanningError as error:
+                    refused[name] = f"{error}"
+        except UnfitError as error:
+            refused |= {name: f"{error}" for name in TIERS if name not in refused}
+        return self.rewards_only(env, success, refused)
+
+    _plan = plan  # each tier is guarded by itself
+
+    @staticmethod
+    def rewards_only(env: _Env, success: Callable[..., Any] | None, refused: dict[str, str]) -> Planned:
+        """The plan of a teacher that states rewards, with a warning that has the reasons."""
         reasons = "".join(f"\n- {name}: {reason}" for name, reason in refused.items())
         own = known(env) or Known()
         note = own.unlike and f"\nNote: {own.unlike}"
@@ -57,7 +82,7 @@ class Auto(Planner):
             "follow one of these hints, or write an oracle (docs/teach-your-own-environment.md). If rewards are all "
             "that you want, leave out oracle=... (in a study or a command, set oracle='rewards')",
             RewardsOnlyWarning,
-            stacklevel=2,
+            stacklevel=3,
         )
         return Planned(
             tier=REWARDS,
@@ -74,9 +99,7 @@ class Auto(Planner):
         )
 
 
-def survey(
-    env: gymnasium.Env[Any, Any], turns: int, asked: Planner | None = None
-) -> dict[str, Planned | PlanningError]:
+def survey(env: _Env, turns: int, asked: Planner | None = None) -> dict[str, Planned | PlanningError]:
     """The plan of each tier for an environment, or the reason why it does not serve.
 
     Args:

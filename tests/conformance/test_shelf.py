@@ -90,7 +90,9 @@ def test_worked_examples_are_written_as_a_student_has_to_write_them(name):
     world = lab(name)
     for example in examples:
         assert plain(example.action) == plain(example.actions[0])
-        if isinstance(example.action, str):
+        if name == "movies":  # lists of titles
+            assert example.steps == ", then ".join(example.actions)
+        elif isinstance(example.action, str):
             assert all(f'"{action}"' in example.steps for action in example.actions)
         else:
             read = [parse_action(step, world) for step in example.steps.split(", then ")]

@@ -65,7 +65,7 @@ class Misleader(BanditOracle):
     def start(self, truth):
         super().start(truth)
         worst = truth.means.index(min(truth.means))
-        self._pull = Among(low=worst, high=worst)
+        self._pull = OneOf(arms=(worst,))
 
 
 class Incorrigible(BanditOracle):

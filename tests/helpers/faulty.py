@@ -2,8 +2,10 @@
 
 import contextlib
 import os
+import re
 import sys
 import time
+from pathlib import Path
 
 KEPT = []
 
@@ -44,6 +46,11 @@ class Agent:
         while True:
             with contextlib.suppress(BaseException):
                 time.sleep(600)
+
+    def loops(self):
+        """Hang in a loop of C that keeps all other threads from running."""
+        Path("looping.pid").write_text(f"{os.getpid()}")
+        re.match("(a+)+$", "a" * 60 + "b")
 
     def leaves(self):
         sys.exit(3)

@@ -355,6 +355,6 @@ def test_the_command_line(tmp_path):
     played = run_with("my_agent:Scripted(answer='west')")
     assert played.returncode == 0, played.stderr
     assert "Played 1 episodes" in played.stderr
-    assert "my_agent:Scripted(answer=&#39;west&#39;)</code><small>reads words" in (
-        tmp_path / "llf-study.html"
-    ).read_text(encoding="utf-8")
+    assert "my_agent:Scripted(answer=&#39;west&#39;)</code><small>reads words" in (tmp_path / "study.html").read_text(
+        encoding="utf-8"
+    )

@@ -220,10 +220,26 @@ def test_an_answer_that_leaks():
     assert found.caught
     assert found.leaks == sum(n for (kind, _), n in found.claims.items() if kind == FP)
     assert found.examples[0].what == "leak"
-    assert found.teacher == "blabber"
+    assert found.teacher == f"{__name__}:blabber"
     assert not audit(GRID, silent(), turns=60).caught
     with pytest.raises(AssertionError, match=r"blabber was caught in llf-gridworld-v0:\n  Finding\(what='leak'"):
         check_teacher(GRID, blabber(), turns=60)
+
+
+@pytest.mark.parametrize(
+    ("spec", "reveals"),
+    [
+        ("ruler | worked_example(n=3)", True),
+        ("worked_example(n=3) | ruler", False),
+        ("verification | delayed(turns=1)", False),
+        ("verification | mix | worked_example | only(kinds='r')", False),
+    ],
+)
+def test_a_composition_promises_what_its_last_stages_do(spec, reveals):
+    assert parse_personality(spec).reveals == reveals
+    found = audit(GRID, spec, turns=45)
+    assert not found.caught
+    assert not found.leaks
 
 
 @personality()
@@ -320,7 +336,7 @@ def test_the_hedges_of_an_audit_are_judged_together(bends, verdict, capsys):
     assert feedback == {Label.HEDGED}
     assert found.hedges.sentences == found.count(Label.HEDGED) > 1000
     assert found.held == 1.0  # the instruction; hedges are neither true nor false
-    assert {each.what for each in found.examples} == {"contradiction"}  # each is drawn for itself
+    assert {each.what for each in found.examples} == ({"contradiction"} if found.honest else set())  # drawn one by one
     assert found.as_dict()["hedges"]["verdict"] == verdict
     print_audits([found])
     shown = " ".join(capsys.readouterr().out.split())

@@ -140,7 +140,7 @@ def test_a_mistake_is_one_line_and_status_2(tmp_path, arguments, said):
     assert said in result.stderr
     assert result.stderr.startswith("llf: ")
     assert len(result.stderr.strip().splitlines()) == 1
-    assert not (tmp_path / "llf-study.db").exists()
+    assert not (tmp_path / "study.db").exists()
 
 
 @pytest.mark.parametrize(
@@ -156,7 +156,7 @@ def test_a_damaged_store_is_one_line_and_stays_as_it_is(tmp_path, harm, said):
     (tmp_path / "study.toml").write_text(STUDY)
     command = ("study", "run", "study.toml", "--executor", "here")
     assert llf(*command, cwd=tmp_path).returncode == 0
-    path, report = tmp_path / "llf-study.db", tmp_path / "llf-study.html"
+    path, report = tmp_path / "study.db", tmp_path / "study.html"
     report.unlink()
     with contextlib.closing(sqlite3.connect(path)) as store, store:
         store.executescript(harm)
@@ -173,14 +173,26 @@ def test_a_damaged_store_is_one_line_and_stays_as_it_is(tmp_path, harm, said):
 def test_a_store_is_checked(tmp_path):
     (tmp_path / "study.toml").write_text(STUDY)
     assert llf("study", "run", "study.toml", "--executor", "here", cwd=tmp_path).returncode == 0
-    result = llf("study", "check", "llf-study.db", cwd=tmp_path)
+    result = llf("study", "check", "study.db", cwd=tmp_path)
     assert result.returncode == 0
     assert result.stdout.endswith(" episodes, all as they were written.\n")
-    with contextlib.closing(sqlite3.connect(tmp_path / "llf-study.db")) as store, store:
+    with contextlib.closing(sqlite3.connect(tmp_path / "study.db")) as store, store:
         store.execute("UPDATE result SET regret = regret + 1e-9 WHERE number = 2")
-    result = llf("study", "check", "llf-study.db", cwd=tmp_path)
+    result = llf("study", "check", "study.db", cwd=tmp_path)
     assert result.returncode == 1
-    assert result.stderr.startswith("llf-study.db, result, row 2: the episode ")
+    assert result.stderr.startswith("study.db, result, row 2: the episode ")
+
+
+def test_the_short_form_of_a_study_takes_the_options_of_run_in_any_order(tmp_path):
+    shown = llf("study", "--help", COLUMNS="200").stdout
+    assert (
+        shown.index("is short for `llf study run FILE.toml`") < shown.index("--retry-failed") < shown.index("--shard")
+    )
+    (tmp_path / "study.toml").write_text(STUDY + "max_turns = 2\n")
+    given = ("--store", "other.db", "--workers", "1", "study.toml", "--fail-fast", "--report", "other.html")
+    result = llf("study", *given, cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["other.db", "other.html", "study.toml"]
 
 
 def test_a_study_without_any_episode_played_has_no_report(tmp_path):
@@ -192,7 +204,7 @@ def test_a_study_without_any_episode_played_has_no_report(tmp_path):
     assert result.returncode == 3
     assert "division by zero" in result.stderr
     assert "Played 0 episodes" in result.stderr
-    assert not (tmp_path / "llf-study.html").exists()
+    assert not (tmp_path / "study.html").exists()
 
 
 def test_play(tmp_path):

@@ -113,7 +113,7 @@ def test_keys_of_episodes_without_lessons_are_those_of_ever():
     ("table", "match"),
     [
         ({"taught": [ROOMS]}, "transfer must be a table with `lessons`"),
-        ({"lessons": [0]}, r"transfer: lessons must be integers of at least 1, got \[0\]"),
+        ({"lessons": [0]}, r"transfer: lessons must be integers from 1 to 1000000, got \[0\]"),
         ({"lessons": 5}, "transfer: lessons must be a non-empty list, got 5"),
         ({"lessons": [1], "worlds": ["other"]}, "transfer: unknown worlds 'other'; .*allowed: same, next"),
         ({"lessons": [1], "test": []}, "transfer: unknown key 'test'"),

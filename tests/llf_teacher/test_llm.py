@@ -2,9 +2,11 @@
 
 import itertools
 import json
+import os
 import subprocess
 import sys
 import time
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
@@ -13,6 +15,7 @@ from endpoints import KEY, NORTH, REQUEST, endpoint, ledger
 
 from llf_teacher.models import LLMError, SpendingLimitError, retries
 from llf_teacher.models.cache import Cache, spending
+from llf_teacher.models.proxies import reach_proxy
 from llf_teacher.models.retries import asked_for, may_pass, pause
 from llf_teacher.models.settings import ClientSettings
 from llf_teacher.models.testing import Reply, ScriptedEndpoint, completion
@@ -174,18 +177,112 @@ def test_attempts_for_whatever_reason_are_counted_together(tmp_path, faults):
         ({"retry-after-ms": "250", "retry-after": "9"}, 0.25, True),
         ({"retry-after": "121"}, 121.0, False),
         ({"retry-after": "Wed, 21 Oct 2015 07:28:00 GMT"}, 0.0, True),
+        ({"retry-after": "Wed, 21 Oct 2015 07:28:30 -0000", "date": "Wed, 21 Oct 2015 07:28:00 GMT"}, 30.0, True),
+        ({"retry-after": "Wed Oct 21 07:28:30 2015", "date": "Wed Oct 21 07:28:00 2015"}, 30.0, True),
+        ({"retry-after": "Wed Oct 21 07:28:30 2015", "date": "Wed, 21 Oct 2015 09:28:00 +0200"}, 30.0, True),
+        ({"retry-after": "Wed, 21 Oct 2015 07:28:00 GMT", "date": "no date"}, 0.0, True),
         ({"retry-after": "soon"}, None, True),
         ({"retry-after": "nan"}, None, True),
         ({"x-should-retry": "false"}, None, False),
     ],
 )
-def test_how_long_to_wait(headers, seconds, passes):
+@pytest.mark.parametrize("zone", ["UTC", "Asia/Tokyo", "America/New_York"])
+def test_how_long_to_wait(headers, seconds, passes, zone, monkeypatch):
+    monkeypatch.setenv("TZ", zone)
+    time.tzset()
     assert asked_for(headers) == seconds
     assert may_pass(503, headers) == passes
     assert not may_pass(400, headers)
     assert may_pass(400, headers | {"x-should-retry": "true"}) == (seconds is None or seconds < 120)
     assert pause(0, 1.5) == 1.5
     assert 0.375 <= pause(0, None) <= 0.5 < 6.0 <= pause(99, 0.0) <= 8.0
+    monkeypatch.undo()
+    time.tzset()
+
+
+@pytest.mark.parametrize("date", ["Wed, 21 Oct 2065 07:28:30 -0000", "Wed Oct 21 07:28:30 2065"])
+def test_a_date_without_a_zone_is_in_utc(date, monkeypatch):
+    monkeypatch.setenv("TZ", "Asia/Tokyo")
+    time.tzset()
+    expected = datetime(2065, 10, 21, 7, 28, 30, tzinfo=UTC).timestamp() - time.time()
+    assert abs(asked_for({"retry-after": date}) - expected) < 5
+    monkeypatch.undo()
+    time.tzset()
+
+
+HALVES = (("Retry-After", KEY[:12]), ("Retry-After", KEY[12:]))
+
+
+@pytest.mark.parametrize(
+    "headers", [(("Retry-After", KEY),), HALVES, (("Retry-After-Ms", KEY), ("X-Should-Retry", KEY), ("Date", KEY))]
+)
+@pytest.mark.parametrize("status", [400, 401, 429, 503])
+def test_the_key_in_a_header_of_a_reply_is_not_said(headers, status):
+    reply = Reply(status, json.dumps({"error": {"message": "no"}}), headers)
+    with ScriptedEndpoint(lambda request: reply) as server, pytest.raises(LLMError) as caught:
+        endpoint(server.url, retries=0).ask(REQUEST)
+    for piece in (KEY, KEY[:12], KEY[12:]):
+        assert piece not in f"{caught.value}"
+
+
+def test_a_reply_may_begin_with_a_byte_order_mark():
+    with ScriptedEndpoint(lambda request: Reply(200, "\ufeff" + completion(NORTH))) as server:
+        assert endpoint(server.url).ask(REQUEST) == NORTH
+
+
+PROXIES = {
+    "dead": (
+        {"HTTP_PROXY": "http://me:secret@127.0.0.1:1"},
+        r"the proxy http://127\.0\.0\.1:1 \(HTTP_PROXY\) cannot be",
+    ),
+    "of all": (
+        {"all_proxy": "127.0.0.1:1"},
+        r"proxy http://127\.0\.0\.1:1 \(all_proxy\) cannot be reached: .* NO_PROXY",
+    ),
+    "socks": ({"ALL_PROXY": "socks5://me:secret@h:9"}, r"socks5://h:9 \(ALL_PROXY\) needs the package .socksio.; run"),
+    "unknown": (
+        {"HTTP_PROXY": "nonsense://h"},
+        r"the proxy nonsense://h \(HTTP_PROXY\) must begin with one of http, https,",
+    ),
+    "no port": ({"HTTP_PROXY": "http://h:port"}, r"the proxy http://h:port \(HTTP_PROXY\) cannot be reached"),
+}
+
+
+@pytest.fixture
+def no_proxies(monkeypatch):
+    for name in [name for name in os.environ if name.lower().endswith("_proxy")]:
+        monkeypatch.delenv(name)
+
+
+@pytest.mark.usefixtures("no_settings", "no_proxies")
+@pytest.mark.parametrize(("variables", "match"), PROXIES.values(), ids=PROXIES)
+def test_a_proxy_that_cannot_be_used_is_named_before_a_study_begins(tmp_path, monkeypatch, variables, match):
+    for name, value in variables.items():
+        monkeypatch.setenv(name, value)
+    student = "llm(model='m', base_url='http://models.example/v1')"
+    study = Study(ids=["llf-gridworld-v0"], teachers=["oracle"], students=[student], seeds=2)
+    with Store(tmp_path / "s.db") as store, pytest.raises(ValueError, match=match) as caught:
+        play_missing(study, store, 1)
+    assert "secret" not in f"{caught.value}"
+    assert not list(tmp_path.glob("*.llm.db"))
+
+
+@pytest.mark.usefixtures("no_proxies")
+@pytest.mark.parametrize("proxy", ["http://127.0.0.1:1", "socks5://127.0.0.1:1"])
+def test_an_endpoint_of_this_machine_is_asked_directly(proxy, monkeypatch):
+    monkeypatch.setenv("ALL_PROXY", proxy)
+    with ScriptedEndpoint(lambda request: NORTH) as server:
+        reach_proxy(server.url)
+        assert endpoint(server.url).ask(REQUEST) == NORTH
+
+
+@pytest.mark.usefixtures("no_proxies")
+def test_a_host_without_proxy_needs_none(monkeypatch):
+    monkeypatch.setenv("HTTP_PROXY", "http://127.0.0.1:1")
+    monkeypatch.setenv("NO_PROXY", "models.example")
+    reach_proxy("http://models.example/v1")
+    with pytest.raises(ValueError, match="cannot be reached"):
+        reach_proxy("http://others.example/v1")
 
 
 def test_nobody_is_there():

@@ -17,12 +17,12 @@ import pytest
 
 from llf_teacher.models import LLMError, SpendingLimitError
 from llf_teacher.models import cache as cache_module
-from llf_teacher.models.cache import Cache
+from llf_teacher.models.cache import Cache, spending
 from llf_teacher.models.client import Endpoint
 from llf_teacher.models.replies import Prices
 from llf_teacher.models.settings import ClientSettings
 from llf_teacher.models.testing import Reply, ScriptedEndpoint, completion, refusal, too_long
-from llf_teacher.models.waiting import wait_for
+from llf_teacher.models.waiting import awaited, wait_for
 
 REQUEST = {"model": "m", "messages": [{"role": "user", "content": "north or south?"}], "max_tokens": 10}
 NORTH = "Thought: it said so.\nResponse: north"
@@ -110,19 +110,28 @@ def test_a_pledge_of_one_who_died_runs_out(tmp_path, monkeypatch):
         assert cache.pledge(6.0, 10.0, 0.2) is not None
         assert cache.pledge(6.0, 10.0, 0.2) is None
         now[0] += 0.25
-        assert cache.pledge(6.0, 10.0, 0.2) is not None
         with pytest.raises(LookupError):
-            cache.pledge(11.0, 10.0, 0.2)
+            cache.pledge(6.0, 10.0, 0.2)
+        assert cache.spent() == 0, "of a transaction that was refused, nothing stays"
+        assert cache.pledge(4.0, 10.0, 0.2) is not None
+        assert cache.spent() == 6.0, "it may have been paid"
 
 
 def test_a_pledge_goes_with_its_process(tmp_path):
     path = f"{tmp_path / 'c.db'}"
-    program = "import sys, llf_teacher.models.cache as c; print(c.Cache(sys.argv[1]).pledge(6.0, 10.0, 1000.0))"
-    done = subprocess.run([sys.executable, "-c", program, path], capture_output=True, text=True, check=True)
-    with contextlib.closing(sqlite3.connect(path)) as db:
-        assert db.execute("SELECT id FROM pledge").fetchone() == (int(done.stdout),)
+    program = (
+        "import sys, llf_teacher.models.cache as c; print(c.Cache(sys.argv[1]).pledge({}, {}, 1000.0, 'key', 'm'))"
+    )
+    for number, words in enumerate([(6.0, 10.0), (None, None)], 1):
+        command = [sys.executable, "-c", program.format(*words), path]
+        done = subprocess.run(command, capture_output=True, text=True, check=True)
+        assert int(done.stdout) > 0
+        (found,) = spending(path)
+        nothing = {"model": "m", "input_tokens": 0, "output_tokens": 0, "usd": 6.0, "unpriced": number - 1}
+        assert found == nothing | {"requests": number, "sent": number, "lost": number}
+        assert spending(path) == [found], "once"
     with contextlib.closing(Cache(path)) as cache:
-        assert cache.pledge(6.0, 10.0, 1000.0) is not None
+        assert cache.pledge(4.0, 10.0, 1000.0) is not None
 
 
 def test_a_failed_request_gives_back_what_it_reserved(tmp_path):
@@ -133,7 +142,24 @@ def test_a_failed_request_gives_back_what_it_reserved(tmp_path):
             asked.ask(REQUEST, (1e6, 1e6))
         assert asked.ask(REQUEST, (1e6, 1e6)) == NORTH
     with contextlib.closing(sqlite3.connect(tmp_path / "c.db")) as db:
-        assert db.execute("SELECT count(*) FROM pledge").fetchone() == (0,)
+        assert db.execute("SELECT count(*) FROM under_way").fetchone() == (0,)
+
+
+def test_a_client_in_a_coroutine_that_is_awaited_is_an_error_and_no_request(tmp_path):
+    with ScriptedEndpoint(lambda request: NORTH) as server:
+        asked = endpoint(server.url, tmp_path / "c.db")
+
+        async def agent():
+            return asked.ask(REQUEST)
+
+        async def apart():
+            return await asyncio.to_thread(asked.ask, REQUEST)
+
+        with pytest.raises(RuntimeError, match="would wait for itself for ever"):
+            awaited(agent())
+        assert server.requests == []
+        assert spending(f"{tmp_path / 'c.db'}")[0]["lost"] == 0
+        assert awaited(apart()) == NORTH
 
 
 def test_a_limit_needs_a_longest_answer():

@@ -1,6 +1,7 @@
 """What a store holds, for scripts, notebooks and other programs."""
 
 import csv
+import io
 import itertools
 import json
 import pkgutil
@@ -14,8 +15,9 @@ from typer.testing import CliRunner
 
 from llf_teacher import studies
 from llf_teacher.cli import app
-from llf_teacher.studies import Study, load, results, run
+from llf_teacher.studies import Study, load, read_csv, results, run
 from llf_teacher.studies.execution.episode import play
+from llf_teacher.studies.report.figure import Plot
 from llf_teacher.studies.store import StoreError
 
 STUDY = Study(
@@ -121,6 +123,25 @@ def test_tables_are_read_back_as_they_were(found, tmp_path, monkeypatch, suffix,
                 assert other[name] in (value, json.dumps(value))
             else:
                 assert json.loads(other[name].replace("True", "true").replace("False", "false")) == value
+
+
+RUN = ["=1+1", "+1", "-1", "@SUM(1)", "\tx", "\r=1", "'=1", "''", "'", "=cmd|' /C calc'!A0"]
+HARMLESS = ["", "a=1", " =1", "north", "1", "a\n=1", '"=1"', "é"]
+
+
+def test_no_cell_of_csv_is_run_by_a_spreadsheet_and_each_is_read_back(found, tmp_path):
+    texts = [*RUN, *HARMLESS]
+    rows = [{"key": text, "turn": 1, "reward": -0.5, "action": text, "thought": None} for text in texts]
+    path = tmp_path / "turns.csv"
+    results._write_csv(path, iter(rows), dict.fromkeys(rows[0]))
+    with path.open(newline="", encoding="utf-8") as file:
+        written = [(row["key"], row["action"], row["reward"]) for row in csv.DictReader(file)]
+    assert [row["action"] for row in read_csv(path)] == [row["key"] for row in read_csv(path)] == texts
+    assert [key for key, *_ in written] == [*(f"'{text}" for text in RUN), *HARMLESS]
+    assert {reward for *_, reward in written} == {"-0.5"}, "a number stays one"
+    names = [text for text in RUN if "\r" not in text]
+    plot = Plot(name="p", title="", draw=None, columns=["student", "regret"], rows=[[text, -0.5] for text in names])
+    assert [row[0] for row in csv.reader(io.StringIO(plot.csv, newline=""))][1:] == [f"'{text}" for text in names]
 
 
 def test_what_cannot_be_given_is_refused(found, tmp_path, monkeypatch):

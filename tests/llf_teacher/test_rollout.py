@@ -8,6 +8,7 @@ import pytest
 from playing import Counting
 
 from llf_teacher import chat_student, rollout
+from llf_teacher.models import LLMError
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.episode import play
 from pz_envs.lesson import Lesson
@@ -134,7 +135,7 @@ def test_functions_of_one_conversation_and_coroutines():
     together = []
 
     def by_prompt(prompt):
-        assert "The task:" in prompt
+        assert "Your action?" in prompt
         return WEST
 
     async def by_messages(messages):
@@ -188,7 +189,79 @@ def test_environments_are_kept_for_the_next_episode_and_closed_at_the_end(monkey
     assert len(closed) == 4
 
 
-@pytest.mark.parametrize("said", ["west", ["west"], ["west", 3], None])
+class Unshown:
+    def __repr__(self):
+        raise KeyError
+
+
+ODD = {"None": None, "7": 7, "bytes": b"Response: north", "error": ValueError("no idea"), "unshown": Unshown()}
+
+
+@pytest.mark.parametrize("id", [GRID, "llf-poem-Haiku-v0", "llf-bandits-BanditTwoArmedHighLowFixed-v0"])
+@pytest.mark.parametrize("odd", ODD.values(), ids=ODD)
+def test_an_odd_answer_is_a_turn_without_an_action_and_no_other_changes(id, odd):
+    def policy(conversations):
+        return [odd if number == 1 else "north" for number in range(len(conversations))]
+
+    with pytest.warns(RuntimeWarning, match=r"2 answers were no texts, the first: the policy must answer with a text"):
+        one, other, third = rollout(policy, id, [0, 0, 0], max_turns=2)
+    assert one == third
+    assert other.failures == len(other.turns) == 2
+    assert {turn.failure.partition(", got ")[2].partition(":")[0] for turn in other.turns} == {type(odd).__name__}
+    assert {turn.answer for turn in other.turns} == {""}
+    assert one.turns[0].answer == "north"
+
+
+@pytest.mark.parametrize("waits", [False, True])
+def test_an_error_of_one_conversation_is_a_turn_without_an_action(waits):
+    asked = []
+
+    def said(prompt):
+        asked.append(prompt)
+        if len(asked) == 2:
+            raise KeyError("no idea")
+        return "north"
+
+    async def later(prompt):
+        return said(prompt)
+
+    with pytest.warns(RuntimeWarning, match="1 answers were no texts, .* got KeyError: KeyError"):
+        played = rollout(later if waits else said, GRID, [0, 0], max_turns=2)
+    assert [[turn.answer for turn in each.turns] for each in played] == [["north", "north"], ["", "north"]]
+
+
+@pytest.mark.parametrize("error", [LLMError("the endpoint is gone"), KeyboardInterrupt()])
+def test_an_error_of_all_conversations_ends_a_rollout(error):
+    def said(prompt):
+        raise error
+
+    with pytest.raises(type(error)):
+        rollout(said, GRID, 2)
+
+
+def test_a_rollout_in_a_policy_that_it_awaits_is_an_error():
+    async def policy(prompt):
+        return rollout(lambda prompt: "north", GRID, 1)[0].turns[0].answer
+
+    async def inner(prompt):
+        return await asyncio.to_thread(policy_of_others, prompt)
+
+    async def nested(prompt):
+        return "north"
+
+    def policy_of_others(prompt):
+        return rollout(nested, GRID, 1)[0].turns[0].answer
+
+    async def bad(prompt):
+        return rollout(nested, GRID, 1)
+
+    with pytest.raises(RuntimeError, match=r"would wait for itself for ever; call it in a thread: await asyncio.to_th"):
+        rollout(bad, GRID, 1)
+    assert rollout(inner, GRID, 1, max_turns=1)[0].turns[0].answer == "north"
+    assert rollout(policy, GRID, 1, max_turns=1)[0].turns[0].answer == "north", "it waits for nothing"
+
+
+@pytest.mark.parametrize("said", ["west", ["west"], 7, None])
 def test_what_is_no_text_for_each_conversation(said):
     with pytest.raises(TypeError, match="policy must return a list of 2 texts, one per conversation, got"):
         rollout(lambda conversations: said, GRID, 2)

@@ -12,10 +12,11 @@ from commands import llf
 from design import amount
 from studying import rows, small
 
+from llf_teacher.serialization import read_toml
 from llf_teacher.studies.definition.study import Study, load_study, quickstart
 from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.execution.runner import manifest, play_missing
-from llf_teacher.studies.store import Store
+from llf_teacher.studies.store import Store, StoreError
 
 FILE = """
 ids = ["llf-gridworld-v0"]
@@ -48,9 +49,9 @@ def test_the_quickstart_covers_what_it_promises():
     assert len(study.teachers) >= 6
     assert len(study.seeds) == 10
     assert {"random", "obedient", "text_only", "oracle", "reward_only"} <= set(study.students)
-    assert study.baseline == "delayed(turns=2)"
-    assert study.primary == ({"teacher": "mistake(eps=0.3)"},)
-    assert all({study.baseline, "mistake(eps=0.3)"} <= set(study.grid(id).teachers) for id in study.ids)
+    assert study.question == "Do late words cost a student more, or wrong ones?"
+    assert study.compare == (("delayed(turns=2)", "mistake(eps=0.3)"),)
+    assert all(set(study.compare[0]) <= set(study.grid(id).teachers) for id in study.ids)
 
 
 def test_any_sequence_is_a_list_and_kept_as_a_tuple():
@@ -63,8 +64,8 @@ def test_any_sequence_is_a_list_and_kept_as_a_tuple():
     ("changes", "match"),
     [
         ({"ids": ["llf-gridwold-v0"]}, "ids: unknown environment .*did you mean llf-gridworld-v0"),
-        ({"ids": []}, "ids must be a non-empty list"),
-        ({"ids": "llf-gridworld-v0"}, "ids must be a non-empty list"),
+        ({"ids": []}, "ids must be a list of 1 to 1000000 values, got"),
+        ({"ids": "llf-gridworld-v0"}, "ids must be a list of"),
         ({"teachers": ["orakle"]}, "teachers: unknown personality 'orakle'"),
         ({"teachers": [3]}, "teachers: bad teacher spec 3"),
         ({"students": ["nobody"]}, "students: unknown student"),
@@ -81,13 +82,25 @@ def test_any_sequence_is_a_list_and_kept_as_a_tuple():
         ({"instruction_types": [3]}, "instruction_types: an instruction type must be a string, got 3"),
         ({"ids": [["x"]]}, "ids: an id must be a string"),
         ({"students": ["nobody"] * 5}, "^students: unknown student 'nobody'[^;]*;[^;]*$"),
-        ({"seeds": "two"}, "seeds must be a non-empty list or a number of at least 1, got 'two'"),
-        ({"seeds": 0}, "seeds must be a non-empty list"),
-        ({"seeds": b"7"}, "seeds must be a non-empty list"),
-        ({"seeds": [-1]}, "a seed must be an integer of at least 0, got -1"),
+        ({"seeds": "two"}, "seeds must be a list of 1 to 1000000 values, or a number from 1 to 1000000, got 'two'"),
+        ({"seeds": 0}, "seeds must be a list of"),
+        ({"seeds": b"7"}, "seeds must be a list of"),
+        ({"seeds": 2_000_000_000}, "seeds must be a list of 1 to 1000000 values, or .* got 2000000000"),
+        ({"seeds": range(2_000_000_000)}, "seeds must be a list of 1 to 1000000 values, or .* got range"),
+        ({"seeds": 10**30}, "seeds must be a list of"),
+        ({"fewer": {"llf-*": {"seeds": 2_000_000_000}}}, "seeds must be a list of"),
+        (
+            {"seeds": [2**63 - 1, 2**63]},
+            "a seed must be an integer from 0 to 9223372036854775807, got 9223372036854775808",
+        ),
+        ({"seeds": 1_000_000, "samples": 1_000_000}, "at most 100000000 episodes, got .*; give fewer seeds or samples"),
+        ({"samples": 10**20}, "samples must be an integer from 1 to 1000000, got 1"),
+        ({"max_turns": 10**20}, "max_turns must be an integer from 1 to 1000000, got 1"),
+        ({"bits": 10**9}, "a number of worlds, 1 to 100000, got 1"),
+        ({"seeds": [-1]}, "a seed must be an integer from 0 to 9223372036854775807, got -1"),
         ({"seeds": True}, "seeds must be"),
-        ({"max_turns": 0}, "max_turns must be an integer of at least 1"),
-        ({"max_turns": True}, "max_turns must be an integer of at least 1, got True"),
+        ({"max_turns": 0}, "max_turns must be an integer from 1"),
+        ({"max_turns": True}, "max_turns must be an integer from 1 to 1000000, got True"),
         ({"fewer": ["llf-*"]}, "fewer must be a table of tables"),
         ({"fewer": {"llf-poem-*": {}}}, r'fewer\."llf-poem-\*" matches none of the ids'),
         ({"fewer": {"*": {"turns": 3}}}, r'fewer\."\*": unknown key \'turns\''),
@@ -129,6 +142,59 @@ def test_a_bad_file_is_refused(tmp_path, text, match):
     path.write_text(text)
     with pytest.raises(ValueError, match=match):
         load_study(path)
+
+
+OTHER_BYTES = {
+    "utf-16": (FILE.encode("utf-16"), "line 1 has bytes that are not UTF-8; save the file as UTF-8"),
+    "latin-1": (f"{FILE}\n# Schüler".encode("latin-1"), "line 8 has bytes that are not UTF-8; save the file as UTF-8"),
+    "a key twice": (
+        f"{FILE}seeds = 3".encode(),
+        r"Cannot overwrite a value \(at .*; give each key once, and each table",
+    ),
+    "a table twice": (
+        f"{FILE}\n[names]\n[names]".encode(),
+        r"Cannot declare \('names',\) twice \(at line 9,.*; give each",
+    ),
+    "brackets": (
+        b"seeds = " + b"[" * 100_000,
+        "too many lists or tables in each other; write lists and tables less deep",
+    ),
+    "digits": (b"seeds = " + b"9" * 5_000, "Exceeds the limit"),
+}
+
+
+@pytest.mark.parametrize(("data", "match"), OTHER_BYTES.values(), ids=OTHER_BYTES)
+@pytest.mark.parametrize("read", [load_study, read_toml])
+def test_a_file_that_cannot_be_read_is_named_with_line_and_remedy(tmp_path, data, match, read):
+    path = tmp_path / "study.toml"
+    path.write_bytes(data)
+    with pytest.raises(ValueError, match=rf"study\.toml: {match}"):
+        read(path)
+
+
+def test_a_file_may_begin_with_a_byte_order_mark(tmp_path):
+    path = tmp_path / "study.toml"
+    path.write_bytes(FILE.encode("utf-8-sig"))
+    assert load_study(path).ids
+
+
+@pytest.mark.parametrize("workers", [0, -1, 5000, True])
+def test_a_number_of_workers_that_cannot_be_is_refused(tmp_path, workers):
+    with (
+        Store(tmp_path / "s.db") as store,
+        pytest.raises(ValueError, match="workers must be an integer from 1 to 4096"),
+    ):
+        play_missing(small(), store, workers)
+
+
+def test_what_a_store_cannot_hold_is_refused_and_the_rest_stays(tmp_path):
+    record = play(next(small().episodes()))
+    with Store(tmp_path / "s.db") as store:
+        store.add(record)
+        with pytest.raises(StoreError, match=r"s\.db holds integers below 2\*\*63, got a greater one"):
+            store.add(record._replace(spec=record.spec._replace(seed=2**63)))
+        assert store.count == 1
+        assert not list(store.damage())
 
 
 def test_a_missing_file_is_named(tmp_path):

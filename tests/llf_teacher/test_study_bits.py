@@ -133,7 +133,7 @@ def test_the_option_in_a_file(tmp_path):
     spec = next(study(bits=False).episodes())
     assert spec._replace(draws=8).key != spec.key
     for bits in (0, -1, 1.5, "yes", None):
-        with pytest.raises(ValueError, match="bits must be true, false or a number of worlds, at least 1, got"):
+        with pytest.raises(ValueError, match="bits must be true, false or a number of worlds, 1 to 100000, got"):
             study(bits=bits)
 
 

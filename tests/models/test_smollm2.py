@@ -1,5 +1,6 @@
 """SmolLM2-135M behind llama.cpp: a lesson and a quick study, from the commands that a user types."""
 
+import json
 import os
 import signal
 
@@ -10,12 +11,16 @@ from local_models import ends, gguf
 
 import llf_teacher
 from llf_teacher.models import LLMError, NoAnswerError
+from llf_teacher.models.cache import spending
 from llf_teacher.models.local import catalogue, endpoint
 from llf_teacher.models.local.server import servers
 from llf_teacher.models.model import Model, ModelSettings
+from llf_teacher.speakers.llm_teacher import LLMTeacher
 from llf_teacher.students.conversation import Conversation
 from llf_teacher.studies import load
+from llf_teacher.suite import take
 from pz_envs.text.answer_formats import THOUGHT
+from pz_envs.text.message_formats import FEW_CLAIMS
 
 STUDENT = "llm(model='local:smollm2-135m', history=2)"
 STUDY = f"""
@@ -69,7 +74,7 @@ def test_a_study_is_played_and_recomputed_without_a_server(tmp_path):
     (tmp_path / "study.toml").write_text(STUDY)
     done = llf_apart("study", "run", "study.toml", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    with load(tmp_path / "llf-study.db") as played:
+    with load(tmp_path / "study.db") as played:
         before = sorted(played.rows(), key=lambda row: row["key"])
         assert (
             played.manifest["students"][before[0]["student"]]["model"]["sha256"]
@@ -79,12 +84,33 @@ def test_a_study_is_played_and_recomputed_without_a_server(tmp_path):
     assert {row["parse_failures"] for row in before} == {0}  # answers are constrained
     asked = sum(row["answers"] for row in before)
     assert asked == sum(row["turns"] for row in before)
-    cache = f"{tmp_path / 'llf-study.llm.db'}"
+    cache = f"{tmp_path / 'study.llm.db'}"
     again = llf("study", "run", "study.toml", "--store", "again.db", cwd=tmp_path, LLF_LLM_CACHE=cache)
     assert again.returncode == 0, again.stderr
     with load(tmp_path / "again.db") as recomputed:
         assert sorted(recomputed.rows(), key=lambda row: row["key"]) == before
     assert not endpoint._connected or all(each._lease is None for each in endpoint._connected.values())
+
+
+def test_the_suite_says_how_long_it_takes_and_goes_on(tmp_path, monkeypatch):
+    """It is ended after the measurement: two lessons of five turns."""
+
+    def stop(outlook):
+        outlooks.append(outlook)
+        raise KeyboardInterrupt
+
+    outlooks, spent = [], []
+    monkeypatch.setenv("LLF_LLM_CACHE", f"{tmp_path / 'answers.db'}")
+    for _ in range(2):
+        with pytest.raises(KeyboardInterrupt):
+            take(STUDENT, tmp_path / "it.db", (), quick=True, announce=stop)
+        spent.append(sum(each["requests"] for each in spending(f"{tmp_path / 'answers.db'}")))
+    assert spent[0] >= 10
+    assert spent[1] == spent[0]  # the second run knows the speed from the first
+    for each in outlooks:
+        assert "advice" in each.names
+        assert each.episodes >= 16
+        assert each.seconds > 5 * min(each.turn_seconds.values()) > 0
 
 
 @pytest.mark.parametrize("id", IDS)
@@ -104,12 +130,28 @@ def test_its_grammar_keeps_the_schema_of_each_family(id):
 
 
 def test_a_model_teaches():
-    teacher = "llm_teacher(model='local:smollm2-135m', max_tokens=30)"
+    teacher = "llm_teacher(model='local:smollm2-135m')"
     done = llf(
         "play", "llf-gridworld-v0", "--student", "random", "--teacher", teacher, "--seed", "3", "--max-turns", "1"
     )
     assert done.returncode == 0, done.stderr
-    assert "teacher, " in done.stdout
+    assert "The teacher's model gave 2 answers: " in done.stdout
+    assert "cut at max_tokens" not in done.stdout
+
+
+@pytest.mark.parametrize("id", IDS)
+def test_its_grammar_keeps_the_schema_of_each_familys_claims(id):
+    """Also at a temperature at which it talks nonsense, and without the claims that it could copy."""
+    teacher = LLMTeacher("local:smollm2-135m", temperature=1.5, extra={"top_k": 0}, knows="nothing")
+    policy = teacher.arguments()["teacher"]
+    env = llf_teacher.make(id, teacher=policy)
+    env.reset(seed=1)
+    env.step(env.unwrapped.session.world.sample_action(np.random.default_rng(0)))
+    assert policy.reply.form == "json"
+    assert policy.reply.finish == "stop"
+    said = json.loads(policy.reply.answer)["claims"]
+    assert len(said) <= FEW_CLAIMS
+    assert {each["type"] for each in said} <= set(env.unwrapped.session.teacher_turns[0].vocabulary.classes)
 
 
 def test_the_same_question_has_the_same_answer():

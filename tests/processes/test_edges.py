@@ -4,6 +4,7 @@ import os
 import random
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +17,9 @@ from llf_teacher.episodes.record import TurnRow, summary
 from llf_teacher.escaping import escape_control_chars
 from llf_teacher.models.client import Endpoint
 from llf_teacher.models.settings import ClientSettings
+from llf_teacher.registry import entry
 from llf_teacher.studies.definition.study import Study
-from llf_teacher.studies.execution.runner import play_missing
+from llf_teacher.studies.execution.runner import EpisodeError, play_missing
 from llf_teacher.studies.store import Store
 
 STUDY = """
@@ -125,7 +127,7 @@ def test_a_student_whose_module_begins_with_an_underscore_is_in_the_plots(tmp_pa
     (tmp_path / "study.toml").write_text(STUDY.replace("_mine", "_other"))
     result = llf("study", "run", "study.toml", "--workers", "1", cwd=tmp_path)
     assert result.returncode == 0, result.stderr
-    page = (tmp_path / "llf-study.html").read_text(encoding="utf-8")
+    page = (tmp_path / "study.html").read_text(encoding="utf-8")
     assert any("_other:Agent" in plot.partition("</svg>")[0] for plot in page.split("<svg")[1:])
 
 
@@ -173,6 +175,69 @@ def test_global_generators_are_seeded_per_episode_in_workers_only(tmp_path, monk
     assert (random.getstate(), np.random.get_state()[1].tolist()) == before  # noqa: NPY002
 
 
+REPLACES = """
+import math
+import random
+
+import numpy as np
+
+
+class Always(np.random.Generator):
+    def __eq__(self, other):
+        return True
+
+
+class Agent:
+    what = "default_rng"
+
+    def act(self, observation):
+        if self.what == "default_rng":
+            np.random.default_rng = lambda seed=None: Always(np.random.PCG64(7))
+        elif self.what == "random":
+            random.Random.choice, random.choice = random.Random.choice, lambda values: values[0]
+        elif self.what == "gone":
+            del math.fsum
+        elif self.what == "builtin":
+            import builtins
+
+            builtins.sorted = lambda *args, **kwargs: list(args[0])
+        return "north"
+
+
+class Random(Agent):
+    what = "random"
+
+
+class Gone(Agent):
+    what = "gone"
+
+
+class Builtin(Agent):
+    what = "builtin"
+"""
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_an_agent_that_replaces_what_others_draw_by_fails_alone(tmp_path, monkeypatch, workers):
+    name = f"replaces_{workers}"
+    (tmp_path / f"{name}.py").write_text(REPLACES)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, (str(tmp_path), os.environ.get("PYTHONPATH")))))
+    changing = {"Agent": "numpy.random.default_rng", "Random": "random.choice", "Gone": "math.fsum"}
+    changing["Builtin"] = "builtins.sorted"
+    common = {"ids": ("llf-gridworld-v0", "llf-optimization-Booth-v0"), "teachers": ("oracle",), "max_turns": 3}
+    alone = Study(**common, students=("random",), seeds=3)
+    study = Study(**common, students=(*(f"{name}:{each}" for each in changing), "random"), seeds=3)
+    with Store(tmp_path / "alone.db") as store, Store(tmp_path / "both.db") as both:
+        play_missing(alone, store, workers=1)
+        with pytest.raises(EpisodeError, match="24 of 30 episodes failed"):
+            play_missing(study, both, workers=workers)
+        assert sorted(map(tuple, both.episodes())) == sorted(map(tuple, store.episodes()))
+        for row in both.failures():
+            what = changing[row["student"].partition(":")[2]]
+            assert row["error"].startswith(f"{what} was replaced during the episode"), row["error"]
+
+
 def test_sums_do_not_depend_on_the_order_or_the_python():
     rows = [TurnRow(n, "", None, None, 0.1, 0.1, False, None, None, "", []) for n in range(10)]
     found = summary("family", "words", rows)
@@ -196,6 +261,26 @@ def test_a_key_that_goes_unencrypted_to_another_machine_is_warned_of(url, warned
         Endpoint(url, ClientSettings(key=key, cache=":memory:", budget=None, timeout=1.0, retries=0))
         said = [str(each.message) for each in recwarn if "for everyone to read; use https" in str(each.message)]
         assert len(said) == (warned and key != "")
+
+
+def test_a_family_without_a_wheel_for_this_python_says_why():
+    family = replace(entry("llf-metaworld-reach-v3").family, world="elsewhere_metaworld:World")
+    family = replace(family, oracle="elsewhere_metaworld:Oracle", python_below=sys.version_info[:2])
+    version = ".".join(map(str, sys.version_info[:2]))
+    why = f"needs 'elsewhere_metaworld', which is not installed; it has no wheel for Python {version} and later: use an"
+    with pytest.raises(ModuleNotFoundError, match=why):
+        family.make_world()
+    assert why in family.missing()
+    later = replace(family, python_below=(sys.version_info[0] + 1, 0))
+    assert later.missing() == ""
+    with pytest.raises(ModuleNotFoundError, match="not installed; run: pip install"):
+        later.make_world()
+
+
+def test_the_marker_and_the_family_name_the_same_python():
+    pyproject = Path(__file__).parents[2] / "pyproject.toml"
+    below = entry("llf-metaworld-reach-v3").family.python_below
+    assert f"metaworld>=3.1; python_version < '{below[0]}.{below[1]}'" in pyproject.read_text(encoding="utf-8")
 
 
 def test_what_needs_an_extra_that_is_missing_is_left_out_and_said_so(tmp_path):

@@ -247,7 +247,7 @@ def test_a_signal_ends_a_study_within_seconds(folder, number, status):
         start_new_session=True,
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # jobs in the background ignore it
     )
-    path = folder / "llf-study.db"
+    path = folder / "study.db"
     while process.poll() is None and not played(path):
         time.sleep(0.05)
     sent = time.monotonic()
@@ -255,12 +255,12 @@ def test_a_signal_ends_a_study_within_seconds(folder, number, status):
     told = process.communicate(timeout=60)[1]
     assert process.returncode == status, told
     assert time.monotonic() - sent < 15
-    assert "The episodes so far are in llf-study.db; the same command resumes the study." in told
+    assert "The episodes so far are in study.db; the same command resumes the study." in told
     assert "Traceback" not in told
     with Store(path) as store:
         assert [row["student"] for row in store.episodes()] == ["random"]
         assert not list(store.failures())
-    assert not (folder / "llf-study.db-lock").exists()
+    assert not (folder / "study.db-lock").exists()
 
 
 @pytest.mark.parametrize(("number", "status"), signals(signal.SIGTERM))
@@ -282,11 +282,55 @@ def test_a_signal_while_the_report_is_written_has_its_status(tmp_path, number, s
     process.send_signal(number)
     told += process.communicate(timeout=60)[1]
     assert process.returncode == status, told
-    assert "The episodes so far are in llf-study.db; the same command resumes the study." in told
+    assert "The episodes so far are in study.db; the same command resumes the study." in told
     assert "Traceback" not in told
     assert not list(tmp_path.glob("*.html*")) + list(tmp_path.glob(".*"))
-    with Store(tmp_path / "llf-study.db") as store:
+    with Store(tmp_path / "study.db") as store:
         assert store.count == 1
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux ends a process with its parent")
+def test_a_worker_in_a_loop_of_c_ends_with_its_killed_driver(folder):
+    (folder / "study.toml").write_text(
+        'ids = ["llf-gridworld-v0"]\nteachers = ["oracle"]\nseeds = 1\nmax_turns = 3\n'
+        "students = [\"faulty:Agent(fault='loops')\"]\n"
+    )
+    command = [sys.executable, "-m", "llf_teacher", "study", "run", "study.toml", "--workers", "2"]
+    driver = subprocess.Popen(command, cwd=folder, stderr=subprocess.DEVNULL)
+    try:
+        while not (worker := read_number(folder / "looping.pid")):
+            assert driver.poll() is None
+            time.sleep(0.05)
+    finally:
+        driver.kill()
+        driver.wait()
+    end = time.monotonic() + 10
+    while runs(worker) and time.monotonic() < end:
+        time.sleep(0.05)
+    assert not runs(worker), os.kill(worker, signal.SIGKILL)
+
+
+def read_number(path):
+    return int(path.read_text() or 0) if path.exists() else 0
+
+
+def runs(process):
+    """Whether a process runs; one that has ended may wait for its new parent to take its status."""
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def test_a_clock_that_jumps_fails_no_episode(folder, monkeypatch):
+    began, now = time.time(), time.time
+    jumps = iter(range(1, 1_000_000))
+    monkeypatch.setattr(time, "time", lambda: now() + 86_400 * next(jumps) * (-1) ** int(now() - began))
+    with Store(folder / "s.db") as store:
+        limits = Limits(episode_seconds=60, turn_seconds=60)
+        assert (
+            play_missing(study("faulty:Agent(seconds=0.3)", seeds=2), store, 2, options=RunOptions(limits=limits)) == 2
+        )
 
 
 SCRIPT = """
@@ -327,6 +371,19 @@ def test_a_script_with_another_condition_is_told_so_by_its_processes(tmp_path):
     assert status == 1
     assert "worker processes end as soon as they start" in told.splitlines()[-1]
     assert 'under `if __name__ == "__main__":`' in told.splitlines()[-1]
+
+
+@pytest.mark.parametrize("arguments", [["-"], [], ["/dev/stdin"]])
+def test_a_script_from_standard_input_is_told_what_to_do(tmp_path, arguments):
+    text = SCRIPT.format(before="", guard='if __name__ == "__main__":\n    ')
+    command = [sys.executable, *arguments]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, input=text, text=True, timeout=120, check=False)
+    assert done.returncode == 1
+    assert re.search(
+        r"StudyError: the script (<stdin>|/dev/stdin) is no file.*; write it to a file, or play in this process by "
+        "workers=1$",
+        done.stderr.splitlines()[-1],
+    )
 
 
 def data_of_this_process():

@@ -17,6 +17,7 @@ from design import amount
 from endpoints import KEY, MOVES, NORTH, files_with, ledger
 from studying import rows
 
+from llf_teacher.models.cache import spending
 from llf_teacher.models.testing import Reply, ScriptedEndpoint
 from llf_teacher.studies.definition.study import load_study
 from llf_teacher.studies.execution.runner import play_missing
@@ -114,10 +115,13 @@ def test_a_study_that_is_killed_pays_nothing_twice(tmp_path):
     assert len(rows(tmp_path / "s.db")[0]) == 2 * seeds
     assert set(server.keys) == {f"Bearer {KEY}"}
     assert files_with(KEY, tmp_path) == []
-    assert f"m: {len(after)} requests paid so far" in result.stderr
+    (spent,) = spending(f"{tmp_path / 's.llm.db'}")
+    assert len(before) - len(kept) <= spent["lost"] <= workers, "what was under way may have been paid"
+    assert spent["requests"] == spent["sent"] == len(after) + spent["lost"]
+    assert f"m: {spent['requests']} requests paid so far" in result.stderr
     report = (tmp_path / "r.html").read_text(encoding="utf-8")
     assert "Answers of language models that were paid for" in report
-    assert f"<td>{len(after)}</td>" in report
+    assert f"<td>{spent['requests']}</td>" in report
     assert "Prompt system.j2" in report
 
 
@@ -127,17 +131,17 @@ def test_a_limit_stops_a_study_and_a_higher_one_goes_on(tmp_path):
         stopped = run_here(tmp_path, "--llm-budget", "8")
         assert stopped.returncode == 1
         assert "llf: the spending limit of 8 USD is reached" in stopped.stderr
-        assert "raise it (--llm-budget, of llf suite --budget) to go on" in stopped.stderr
+        assert "raise it (--llm-budget) to go on" in stopped.stderr
         assert "Traceback" not in stopped.stderr
-        spent = [usd for _, _, usd in ledger(tmp_path / "llf-study.llm.db")]
+        spent = [usd for _, _, usd in ledger(tmp_path / "study.llm.db")]
         assert 8 - 2 * 3.6 < sum(spent) <= 8, "never exceeded, and not left by more than two answers could cost"
-        played = len(rows(tmp_path / "llf-study.db")[0])
+        played = len(rows(tmp_path / "study.db")[0])
         assert 0 < played < 10
 
         again = run_here(tmp_path, "--workers", "1", LLF_LLM_BUDGET="8")
         assert again.returncode == 1
-        assert sum(usd for _, _, usd in ledger(tmp_path / "llf-study.llm.db")) <= 8
-        played = len(rows(tmp_path / "llf-study.db")[0])
+        assert sum(usd for _, _, usd in ledger(tmp_path / "study.llm.db")) <= 8
+        played = len(rows(tmp_path / "study.db")[0])
         finished = run_here(tmp_path, "--workers", "1", "--llm-budget", "1000")
         assert finished.returncode == 0, finished.stderr
         assert f"Played {10 - played} episodes" in finished.stderr
@@ -147,12 +151,39 @@ def test_a_limit_stops_a_study_and_a_higher_one_goes_on(tmp_path):
 def test_a_limit_stops_the_suite(tmp_path):
     with ScriptedEndpoint(wanderer()) as server:
         student = f"llm(model='m', base_url='{server.url}', answer='text', input_price=1000, output_price=1000)"
-        options = ("--student", student, "--quick", "--only", "advice", "--workers", "1", "--budget", "5")
+        options = ("--student", student, "--quick", "--only", "advice", "--workers", "1", "--llm-budget", "5")
         stopped = llf("suite", *options, cwd=tmp_path, LLF_LLM_API_KEY=KEY)
     assert stopped.returncode == 1
     assert "llf: the spending limit of 5 USD is reached" in stopped.stderr
     assert "The episodes so far are in llf-suite.db; the next run goes on from there." in stopped.stderr
     assert "Traceback" not in stopped.stderr
+
+
+def test_a_suite_that_is_interrupted_names_the_command_that_goes_on_and_asks_nothing_twice(tmp_path):
+    """What was under way, one request a worker, may be asked again."""
+    workers, null = 2, subprocess.DEVNULL
+    with ScriptedEndpoint(wanderer(0.05)) as server:
+        student = f"llm(model='m', base_url='{server.url}', max_tokens=30, answer='text')"
+        options = ("suite", "--student", student, "--quick", "--only", "advice", "--workers", f"{workers}")
+        process = subprocess.Popen(
+            [sys.executable, "-m", "llf_teacher", *options], cwd=tmp_path, stdout=null, stderr=subprocess.PIPE,
+            env=os.environ | {"LLF_LLM_API_KEY": KEY}, start_new_session=True, text=True,
+        )  # fmt: skip
+        while process.poll() is None and len(server.requests) < 40:
+            time.sleep(0.01)
+        os.killpg(process.pid, signal.SIGINT)
+        _, said = process.communicate(timeout=60)
+        assert process.returncode == 130, said
+        assert "a turn takes 0." in " ".join(said.split())
+        assert "Interrupted. The episodes so far are in llf-suite.db; the same command goes on:\nllf suite --st" in said
+        assert "Traceback" not in said
+        before, kept = hits(server), cached(tmp_path / "llf-suite.llm.db")
+        assert len(before) - len(kept) <= workers
+        finished = llf(*options, cwd=tmp_path, LLF_LLM_API_KEY=KEY)
+        assert finished.returncode == 0, finished.stderr
+        after = hits(server)
+    assert all(after[request] == 1 for request in kept)
+    assert sum(after.values()) <= len(after) + workers
 
 
 def test_a_broken_endpoint_is_one_line_without_the_key(tmp_path):

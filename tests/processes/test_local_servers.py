@@ -166,13 +166,13 @@ def test_an_answer_that_is_known_needs_no_model(tiny, tmp_path, monkeypatch):
     (tmp_path / "study.toml").write_text(STUDY)
     run = ("study", "run", "study.toml", "--workers", "2")
     assert llf(*run, cwd=tmp_path).returncode == 0
-    with load(tmp_path / "llf-study.db") as played:
+    with load(tmp_path / "study.db") as played:
         before = in_order(played.rows())
     leave()
     spec = before[0]["student"]
     (tmp_path / "study.toml").write_text(STUDY.replace("llm(model='local:tiny')", spec))
     tiny.unlink()
-    again = llf(*run, "--store", "again.db", cwd=tmp_path, LLF_LLM_CACHE=f"{tmp_path / 'llf-study.llm.db'}")
+    again = llf(*run, "--store", "again.db", cwd=tmp_path, LLF_LLM_CACHE=f"{tmp_path / 'study.llm.db'}")
     assert again.returncode == 0, again.stderr
     with load(tmp_path / "again.db") as recomputed:
         assert in_order(recomputed.rows()) == before

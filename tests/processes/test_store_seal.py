@@ -1,6 +1,7 @@
 """A store says when it is not whole: copies without their log, flipped bits, rows that are gone; archives are whole."""
 
 import contextlib
+import itertools
 import json
 import re
 import shutil
@@ -32,11 +33,10 @@ def played(path, study):
     return path
 
 
-@pytest.fixture
-def killed(tmp_path):
-    """A store whose writer was killed after its episodes were written, and how many there are."""
-    path = tmp_path / "killed" / "s.db"
-    path.parent.mkdir()
+@pytest.fixture(scope="module")
+def once_killed(tmp_path_factory):
+    """The folder of a store whose writer was killed after its episodes were written."""
+    path = tmp_path_factory.mktemp("killed") / "s.db"
     code = (
         "import os, sys; from studying import small; from llf_teacher.studies.store import Store\n"
         "from llf_teacher.studies.execution.episode import play\n"
@@ -46,7 +46,13 @@ def killed(tmp_path):
     )
     environment = {"PYTHONPATH": ":".join(sys.path)}
     assert subprocess.run([sys.executable, "-c", code, str(path)], check=False, env=environment).returncode < 0
-    return path, len(list(small().episodes()))
+    return path.parent
+
+
+@pytest.fixture
+def killed(once_killed, tmp_path):
+    """A store whose writer was killed after its episodes were written, and how many there are."""
+    return shutil.copytree(once_killed, tmp_path / "killed") / "s.db", len(list(small().episodes()))
 
 
 def test_a_killed_run_leaves_a_whole_store(killed):
@@ -68,20 +74,127 @@ def test_a_copy_without_the_log_says_so(killed, tmp_path):
     )
 
 
-def test_a_copy_without_the_log_is_read_with_a_warning(killed, tmp_path):
-    copy = shutil.copy(killed[0], tmp_path / "backup.db")
-    with pytest.warns(RuntimeWarning, match=r"backup\.db: episodes may be missing"):
-        load(copy).close()
+READERS = {
+    "export": ("export", "{store}", "{folder}/a.csv"),
+    "turns": ("export", "{store}", "{folder}/a.jsonl", "--turns"),
+    "chat": ("export", "{store}", "{folder}/a.jsonl", "--format", "chat"),
+    "report": ("report", "--store", "{store}", "--report", "{folder}/a.html"),
+    "figures": ("figures", "{folder}/figures", "--store", "{store}"),
+    "archive": ("archive", "{store}", "{folder}/a.zip"),
+    "diff": ("diff", "{store}", "{store}"),
+    "power": ("power", "{store}", "--effect", "0.5"),
+    "transcript": ("transcript", "{store}", "0"),
+    "merge": ("merge", "{folder}/m.db", "{store}"),
+    "check": ("check", "{store}"),
+}
+"""Every command that reads a store."""
 
 
-def test_a_copy_without_the_log_has_no_archive(killed, tmp_path):
-    """Since the archive's store would pass for whole."""
-    copy, archive = shutil.copy(killed[0], tmp_path / "backup.db"), tmp_path / "backup.zip"
-    with pytest.warns(RuntimeWarning, match="episodes may be missing"):
-        result = llf("study", "archive", copy, archive)
-    assert result.returncode == 2
-    assert "copied without its log, backup.db-wal" in result.stderr
-    assert [file.name for file in tmp_path.iterdir() if file.is_file()] == ["backup.db"]
+def read_by(name, store, folder):
+    return llf("study", *(word.format(store=store, folder=folder) for word in READERS[name]))
+
+
+def test_all_readers_are_tried():
+    listed = re.findall(r"^\W*(\w+)  +\w", llf("study", "--help").stdout.partition("Commands")[2], re.MULTILINE)
+    assert set(listed) - {"run"} == {command for command, *_ in READERS.values()}
+
+
+def copied_without_log(live, copy):
+    shutil.copy(live, copy)
+
+
+def copied_with_a_cut_log(live, copy, at=slice(-20_000)):
+    shutil.copy(live, copy)
+    copy.with_name(f"{copy.name}-wal").write_bytes(live.with_name(f"{live.name}-wal").read_bytes()[at])
+
+
+def copied_with_an_empty_log(live, copy):
+    copied_with_a_cut_log(live, copy, slice(0))
+
+
+def copied_with_half_a_transaction(live, copy):
+    copied_with_a_cut_log(live, copy, slice(32 + 16_408))
+
+
+def copied_with_a_cut_log_and_its_index(live, copy):
+    copied_with_a_cut_log(live, copy)
+    shutil.copy(live.with_name(f"{live.name}-shm"), copy.with_name(f"{copy.name}-shm"))
+
+
+@pytest.mark.parametrize(
+    "harm",
+    [
+        copied_without_log,
+        copied_with_a_cut_log,
+        copied_with_an_empty_log,
+        copied_with_half_a_transaction,
+        copied_with_a_cut_log_and_its_index,
+    ],
+)
+def test_a_copy_that_lacks_its_log_or_the_end_of_it_is_read_by_nobody(killed, tmp_path, harm):
+    copy = tmp_path / "backup.db"
+    harm(killed[0], copy)
+    before = {path: path.read_bytes() for path in tmp_path.glob("backup.db*")}
+    for name in READERS:
+        result = read_by(name, copy, tmp_path)
+        assert result.returncode == (1 if name == "check" else 2), (name, result.stderr)
+        assert "backup.db" in result.stderr
+        assert "episodes may be missing" in result.stderr
+        assert {path: path.read_bytes() for path in tmp_path.iterdir() if path.is_file()} == before, name
+
+
+def test_a_run_plays_again_what_a_cut_log_had(killed, tmp_path):
+    copied_with_a_cut_log(killed[0], tmp_path / "backup.db")
+    with Store(tmp_path / "backup.db") as store:
+        assert play_missing(small(), store, options=HERE) > 0
+        assert store.count == killed[1]
+    assert read_by("export", tmp_path / "backup.db", tmp_path).returncode == 0
+
+
+@pytest.fixture(scope="module")
+def torn(tmp_path_factory):
+    """The file of a store from before a checkpoint, with the log from after it: `cp` of a live store, one by one."""
+    folder = tmp_path_factory.mktemp("torn")
+    study = small(seeds=12)
+    records = list(map(play, study.episodes()))
+    with Store(folder / "live.db") as store:
+        store.define({"study": study.as_dict()})
+        for record in records[:40]:
+            store.add(record)
+        shutil.copy(folder / "live.db", folder / "early.db")
+        for record in records[40:60]:
+            store.add(record)
+        store._db.execute("PRAGMA wal_checkpoint(RESTART)")
+        shutil.copy(folder / "live.db", folder / "late.db")
+        for record in records[60:]:
+            store.add(record)
+        shutil.copy(folder / "live.db-wal", folder / "early.db-wal")
+        shutil.copy(folder / "live.db-wal", folder / "late.db-wal")
+        read_live = read_by("export", folder / "live.db", folder)
+        assert read_live.stdout.startswith(f"{len(records)} rows"), read_live.stderr
+    return folder
+
+
+def test_a_torn_copy_is_read_by_nobody(torn, tmp_path):
+    shutil.copy(torn / "early.db", tmp_path / "copy.db")
+    shutil.copy(torn / "early.db-wal", tmp_path / "copy.db-wal")
+    for name in READERS:
+        result = read_by(name, tmp_path / "copy.db", tmp_path)
+        assert result.returncode == (1 if name == "check" else 2), (name, result.stdout)
+        assert "copy.db" in result.stderr
+
+
+def test_a_run_refuses_a_torn_copy_and_leaves_it_as_it_is(torn, tmp_path):
+    for end in ("", "-wal"):
+        shutil.copy(torn / f"early.db{end}", tmp_path / f"copy.db{end}")
+    with pytest.raises(StoreError, match=r"copy\.db is incomplete or damaged: "), Store(tmp_path / "copy.db"):
+        pass
+    for end in ("", "-wal"):
+        assert (tmp_path / f"copy.db{end}").read_bytes() == (torn / f"early.db{end}").read_bytes()
+
+
+def test_a_copy_of_file_and_log_after_a_checkpoint_is_whole(torn, tmp_path):
+    assert read_by("export", torn / "late.db", tmp_path).stdout.startswith("96 rows")
 
 
 def test_an_archive_of_a_store_that_is_written_to_is_whole(tmp_path):
@@ -160,6 +273,28 @@ def test_what_is_changed_or_gone_is_named(tmp_path, monkeypatch, harm, where):
     result = llf("study", "check", path)
     assert result.returncode == 1
     assert f"s.db, {where}: " in result.stderr
+
+
+def test_a_store_that_lacks_a_row_is_read_by_nobody(tmp_path):
+    path = played(tmp_path / "s.db", small(seeds=1))
+    with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as db:
+        db.executescript("DELETE FROM story WHERE number = 2; DELETE FROM result WHERE number = 2")
+    for name in READERS:
+        result = read_by(name, path, tmp_path)
+        assert result.returncode == (1 if name == "check" else 2), (name, result.stdout)
+        assert re.search(r"s\.db.* the table result has 7 rows instead of 8", result.stderr)
+
+
+def test_a_flipped_bit_in_the_schema_has_the_name_of_its_file(tmp_path):
+    path, flipped = played(tmp_path / "s.db", small(seeds=1)), tmp_path / "flipped.db"
+    data = path.read_bytes()
+    places = [data.index(word) + 1 for word in (b"CREATE TABLE result", b"setting INTEGER", b"seal (sealed", b"VIEW")]
+    for place, name in itertools.product(places, READERS):
+        flipped.write_bytes(data[:place] + bytes([data[place] ^ 0x80]) + data[place + 1 :])  # no UTF-8
+        result = read_by(name, flipped, tmp_path)
+        assert result.returncode == 2, (place, name)
+        assert "flipped.db" in result.stderr
+        assert "Traceback" not in result.stderr
 
 
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.full) for seed in (1, 2))])

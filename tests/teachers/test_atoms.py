@@ -268,9 +268,7 @@ class Walk(Claim):
 )
 def test_a_claim_holds_no_numbers_of_numpys(name, value):
     assert Walk(length=0.5, steps=((0.5, 1.0),)) == Walk(length=0.5, steps=((0.5, 1.0),))
-    with pytest.raises(
-        TypeError, match=rf"(?s)the field '{name}' of the claim Walk holds .*; allowed: numbers of Python's"
-    ):
+    with pytest.raises(TypeError, match=rf"(?s)the field '{name}' of the claim Walk holds .*; allowed: str, int"):
         Walk(**{"length": 0.5, name: value})
 
 

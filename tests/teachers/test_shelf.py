@@ -8,12 +8,15 @@ import numpy as np
 import pytest
 from lessons import ALPHA, CHEAP, fits, lab, of, on_cheap_families, oracles, pupil, rows, taught, turns, without
 from scipy.stats import norm
+from shelf import FAMILIES
 
-from teachers.atoms import FN, FP, HN, HP, KINDS, R
-from teachers.common import NoDifference
+from teachers.atoms import FN, FP, HN, HP, KINDS, ActionClaim, HintClaim, R
+from teachers.common import Chance, NoDifference
 from teachers.fingerprint import Fingerprints
 from teachers.oracles.gridworld.claims import Either, Go
 from teachers.personalities.noisy import Noisy
+from teachers.personality import parse_personality
+from teachers.testing import Pupil
 from teachers.view import View
 
 HINDSIGHT = (HP, HN)
@@ -421,3 +424,36 @@ def test_limited_knowledge_knows_its_share_of_the_states(fraction):
 def test_pupils_play_long_enough():
     assert all(sum(len(e) for e in taught(name, "oracle")) > 2000 for name in CHEAP)
     assert {pupil(name).max_turns for name in CHEAP} == {20, 30}
+
+
+def hints_said(name, **options):
+    """What `hinter` says in turns with a hint, and what it withholds, in random play."""
+    each = FAMILIES[name]
+    pupil = Pupil(lambda: each.make_world(**options), each.make_teacher, max_turns=10)
+    for episode in pupil.taught(parse_personality("hinter"), 60):
+        for heard in episode:
+            claims = [atom.claim for atom in heard.atoms]
+            oracle = [claim for claim in of(heard.true, HN, FN) if isinstance(claim, ActionClaim)]  # without clues
+            if hints := [claim for claim in claims if isinstance(claim, HintClaim | Chance)]:
+                yield hints, claims, [claim for claim in oracle if claim not in claims]
+
+
+@pytest.mark.parametrize("name", ["gridworld", "bandits", "alfworld"])
+def test_no_hint_is_made_an_answer_by_a_warning(name):
+    withheld = 0
+    for hints, claims, missing in hints_said(name):
+        warned = {claim.action for claim in claims if claim.kind is FN and isinstance(claim, ActionClaim)}
+        assert not any(hint.leaves(action) for hint in hints if isinstance(hint, HintClaim) for action in warned)
+        assert all(any(hint.excludes(claim) for hint in hints) for claim in missing)
+        withheld += len(missing)
+    assert withheld > 3
+
+
+def test_of_two_arms_a_hint_does_not_come_with_a_warning_and_of_a_pair_not_with_blame():
+    for hints, claims, missing in hints_said("bandits", problem="TwoArmedHighLowFixed"):
+        assert all(type(hint) is Chance for hint in hints)
+        assert not of(claims, FN)
+        assert len(missing) == 1
+    pairs = [(hint, claims) for (hint, *_), claims, _ in hints_said("bandits") if hint.high - hint.low == 1]
+    assert pairs
+    assert not any(hint.leaves(blame.action) for hint, claims in pairs for blame in of(claims, HN))

@@ -15,19 +15,23 @@ from gymnasium.envs.registration import EnvSpec
 from worlds.wrapped.layers import is_table, layers
 
 __all__ = [
+    "PLAIN",
+    "drawn",
     "draws",
     "generators",
     "is_generator",
     "of_function",
+    "parts",
     "reseed",
     "sealed",
+    "set_back",
     "shake",
 ]
 
 _Env = gymnasium.Env[Any, Any]
 _GENERATORS = np.random.Generator, np.random.RandomState, np.random.BitGenerator, random.Random
 """Classes of random generators."""
-_PLAIN = (  # these hold no generators
+PLAIN = (  # these hold no generators
     *(str, bytes, int, float, complex, bool, type(None), np.generic, type, EnvSpec),
     *(np.float64, np.float32, np.int64, np.int32, np.int8, np.uint8, np.bool_),
     *(ModuleType, range, slice),
@@ -35,24 +39,29 @@ _PLAIN = (  # these hold no generators
 _TORCH = "manual_seed", "get_state", "set_state"  # methods of generators like PyTorch's
 _HARMLESS = {"_io", "_thread", "datetime", "decimal", "numpy", "pygame", "re", "weakref"}  # C modules without any
 _WORD = 8  # bytes
-_QUICK = frozenset(_PLAIN)
+_QUICK = frozenset(PLAIN)
 
 
 def draws(env: _Env) -> list[str]:
     """The states of an environment's random generators; a draw changes them."""
-    return [_drawn(generator) for generator in generators(env)]
+    return [drawn(generator) for generator in generators(env)]
 
 
 def shake(env: _Env, luck: int) -> None:
-    """Seed an environment's random generators anew."""
-    for generator in generators(env):
+    """Seed an environment's random generators anew, but not those that its class holds, which are others', too."""
+    for generator in _walk(env, [env])[0]:
         _seed(generator, luck)
 
 
 def reseed(env: _Env, *seed: int) -> None:
-    """Seed each generator with a seed of its own. The generators stay the same objects, since parts may share them."""
+    """Seed each generator with a seed of its own. The generators stay the same objects, since parts may share them.
+
+    Those that its class holds are others', too, and stay as they are.
+    """
+    own = set(map(id, _walk(env, [env])[0]))
     for generator, source in zip(found := generators(env), np.random.SeedSequence(seed).spawn(len(found)), strict=True):
-        _seed(generator, source)
+        if id(generator) in own:
+            _seed(generator, source)
 
 
 def _bits(generator: Any) -> Any:
@@ -68,19 +77,30 @@ def _seed(generator: Any, seed: int | np.random.SeedSequence) -> None:
     getattr(generator, "seed" if isinstance(generator, _GENERATORS) else "manual_seed")(number)
 
 
-def _drawn(generator: Any) -> str:
+def set_back(generator: Any, other: Any) -> None:
+    """Give a generator the state of another one of its class."""
+    if (bits := _bits(generator)) is not None:
+        bits.state = _bits(other).state
+    elif isinstance(generator, random.Random):
+        generator.setstate(other.getstate())
+    else:
+        generator.set_state(other.get_state())
+
+
+def drawn(generator: Any) -> str:
+    """The state of a generator; a draw changes it."""
     if (bits := _bits(generator)) is not None:
         return str(bits.state)
     return str((generator.getstate if isinstance(generator, random.Random) else generator.get_state)())
 
 
 def generators(env: _Env) -> list[Any]:
-    """All random generators that an environment holds, wherever `_parts` finds them, and its action space."""
+    """All random generators that an environment holds, wherever `parts` finds them, and its action space."""
     return _walk(env, [env, env.action_space])[0]  # its class may hold the action space
 
 
 def sealed(env: _Env) -> str:
-    """A description of something in the environment that `_parts` cannot look into; empty if there is nothing."""
+    """A description of something in the environment that `parts` cannot look into; empty if there is nothing."""
     classes = _walk(env, [env, env.action_space])[1]
     held = (each for layer in layers(env) for each in vars(layer).items() if classes)
     names = (f"its attribute {name!r}" for name, part in held if _walk(env, [part], layers(env))[1])
@@ -88,7 +108,7 @@ def sealed(env: _Env) -> str:
 
 
 def _walk(env: _Env, roots: Iterable[Any], known: Iterable[Any] = ()) -> tuple[list[Any], list[type]]:
-    """The generators in some parts of an environment, and the classes of the objects that `_parts` cannot look into."""
+    """The generators in some parts of an environment, and the classes of the objects that `parts` cannot look into."""
     found: list[Any] = []
     closed: list[type] = []
     tables = (part for layer in layers(env) for name, part in vars(layer).items() if is_table(name, part))
@@ -101,7 +121,7 @@ def _walk(env: _Env, roots: Iterable[Any], known: Iterable[Any] = ()) -> tuple[l
         seen.add(id(each))
         if is_generator(each):
             found.append(each)
-        elif (inside := _parts(each)) is not None:
+        elif (inside := parts(each)) is not None:
             queue.extend([part for part in inside if type(part) not in _QUICK])
         else:
             closed.append(type(each))
@@ -120,7 +140,7 @@ def _draws(cls: type) -> bool:
     return isinstance(getattr(cls, "bit_generator", None), property) or all(map(partial(hasattr, cls), _TORCH))
 
 
-def _parts(whole: Any) -> Iterable[Any] | None:
+def parts(whole: Any) -> Iterable[Any] | None:
     """The parts of a value: elements, attributes, slots, and a function's closure and defaults.
 
     None if Python does not show its memory, as for an object of a C module.
@@ -130,8 +150,8 @@ def _parts(whole: Any) -> Iterable[Any] | None:
 
 @cache
 def _reader(cls: type) -> Callable[[Any], Iterable[Any] | None]:
-    """A function that returns `_parts` of objects of a class."""
-    if issubclass(cls, _PLAIN):
+    """A function that returns `parts` of objects of a class."""
+    if issubclass(cls, PLAIN):
         return lambda _: ()
     if cls in _READERS:
         return _READERS[cls]

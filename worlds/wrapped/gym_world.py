@@ -7,27 +7,29 @@ environment costs almost nothing extra; scratch worlds pay the cost when they re
 
 import copy
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, Self
 
 import gymnasium
 import numpy as np
 from gymnasium import spaces
+from gymnasium.utils.ezpickle import EzPickle
 
 from worlds.actions import canonical, format_value, native, syntax
 from worlds.spaces import Prose
 from worlds.world import World, illegal
 from worlds.wrapped.position import Episode, Position, plain_parts, same, still
+from worlds.wrapped.shared import lacking
 
-__all__ = ["SNAPSHOTS", "Episode", "GymWorld", "Position", "faithful", "same"]
+__all__ = ["SNAPSHOTS", "Episode", "GymWorld", "Position", "another", "faithful", "same"]
 
 _Env = gymnasium.Env[Any, Any]
 
 SNAPSHOTS = ("auto", "copy", "replay")
 _SPACES = ("action_space", "observation_space")
 _REWARD_RANGE = (-1e6, 1e6)
-_TRIAL = 8  # steps to test whether a copy is faithful
+_TRIAL = 16  # steps to test whether a copy is faithful
 _FAR = 16  # with more replayed steps, keep a copy for the next restore to begin from
 
 
@@ -295,18 +297,7 @@ class GymWorld(World[Position, Any, Any]):
 
     def _another(self) -> _Env:
         """An environment like the given one."""
-        if self._make is not None:
-            return self._make()
-        ways: list[Callable[[_Env], _Env]] = [_from_spec, copy.deepcopy]
-        for way in reversed(ways) if self._copies else ways:
-            try:
-                return way(self._given)
-            except Exception:  # noqa: S112 (environments may raise anything; the next way may work)
-                continue
-        raise ValueError(
-            f"a scratch world needs another environment like {self._given}, which can neither be made from a spec nor "
-            "copied; pass a function that makes it"
-        )
+        return another(self._given, self._copies) if self._make is None else self._make()
 
     def __getstate__(self) -> dict[str, Any]:
         state = dict(self.__dict__)
@@ -315,6 +306,34 @@ class GymWorld(World[Position, Any, Any]):
             state["_env"] = None
             state["_at"] = self._at and _NOWHERE
         return state
+
+
+def another(env: _Env, copies: bool = True) -> _Env:
+    """An environment like the given one, which stays as it is: a copy, or one from its spec.
+
+    Args:
+        env: the environment.
+        copies: whether a copy is tried first.
+
+    Raises:
+        ValueError: there is no such way.
+    """
+    ways: list[Callable[[_Env], _Env]] = [_from_spec, copy.deepcopy]
+    why = ""
+    for way in reversed(ways) if copies else ways:
+        try:
+            found = way(env)
+        except Exception as error:  # environments may raise anything; the next way may work
+            why = why or f" ({error!r})"
+            continue
+        lack = "" if isinstance(env.unwrapped, EzPickle) else lacking(env, found)
+        if found.unwrapped is not env.unwrapped and (way is _from_spec or not lack):
+            return found
+        why = why or (f" (copies lack its attribute {lack!r})" if lack else " (a copy is the same object)")
+    raise ValueError(
+        f"a teacher that reads states needs another environment like {env}, which can neither be made from a spec nor "
+        f"copied{why}; pass a function that makes it"
+    )
 
 
 def _known(space: spaces.Space[Any]) -> spaces.Space[Any]:
@@ -351,18 +370,23 @@ _NOWHERE = (Episode(0, None, None, None), -1)
 
 
 def faithful(env: _Env, copied: Callable[[_Env], _Env] = copy.deepcopy) -> bool:
-    """Whether copies of an environment continue like the original. The test does not change `env`."""
+    """Whether copies of an environment continue like the original, and leave it alone. The test does not step `env`."""
     try:
         first = copy.deepcopy(env)
-        first.action_space.seed(0)
-        actions = [first.action_space.sample() for _ in range(_TRIAL)]
-        first.reset(seed=0)
-        _play(first, actions)
-        second = copied(first)
-        if second is first or second.unwrapped is first.unwrapped:
+        if first is env or lacking(env, first):
             return False
-        # One after the other: if they share state, the results differ.
-        return same(_play(first, actions), _play(second, actions))
+        space = copy.deepcopy(env.action_space)  # that of a class is the same in all its copies
+        space.seed(0)
+        actions = [space.sample() for _ in range(_TRIAL)]
+        first.reset(seed=0)
+        _play([first], [actions[: _TRIAL // 2]])
+        alone, second, stray = (copied(first) for _ in range(3))
+        if any(each is first or each.unwrapped is first.unwrapped for each in (alone, second, stray)):
+            return False
+        expected = _play([alone], [actions])[0]
+        # Between the steps of the original its copies step: if they share state, the results differ.
+        mine, its, _ = _play([first, second, stray], [actions, actions, actions[::-1]])
+        return same(mine, expected) and same(its, expected)
     except Exception:
         return False
 
@@ -375,15 +399,16 @@ def _anchor(env: _Env, info: dict[str, Any]) -> tuple[_Env, dict[str, Any]] | No
         return None
 
 
-def _play(env: _Env, actions: list[Any]) -> list[Any]:
-    """The results of actions; when an episode ends, another begins."""
-    trace = []
-    for action in actions:
-        observation, reward, terminated, truncated, _ = env.step(action)
-        trace.append((still(observation), float(reward), bool(terminated), bool(truncated)))
-        if terminated or truncated:
-            trace.append(still(env.reset()[0]))
-    return trace
+def _play(envs: list[_Env], actions: Sequence[Sequence[Any]]) -> list[list[Any]]:
+    """The results of actions in environments that take turns; when an episode ends, another begins."""
+    traces: list[list[Any]] = [[] for _ in envs]
+    for now in zip(*actions, strict=True):
+        for env, trace, action in zip(envs, traces, now, strict=True):
+            observation, reward, terminated, truncated, _ = env.step(action)
+            trace.append((still(observation), float(reward), bool(terminated), bool(truncated)))
+            if terminated or truncated:
+                trace.append(still(env.reset()[0]))
+    return traces
 
 
 def _from_spec(env: _Env) -> _Env:

@@ -14,7 +14,7 @@ from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from llf_teacher.gym.seat_env import SeatEnv
+from llf_teacher.gym.seat_env import SeatEnv, shorter
 from llf_teacher.registry import entry
 from pz_envs.settings import FIELDS, Settings
 from pz_envs.window import FPS
@@ -28,6 +28,9 @@ from worlds.batches.streams import Streams
 
 SHOWN = frozenset(("render_mode", "theme"))
 """The settings for rendering."""
+
+
+_MOST = 1_000_000  # rows
 
 
 class RowsEnv(VectorEnv[Any, Any, Any]):
@@ -64,8 +67,12 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
         **defaults: Any,
     ) -> None:
         self.env_id, self.family, own, _ = entry(env_id)
-        if not is_count(num_envs):
-            raise ValueError(f"num_envs must be an integer of at least 1, got {num_envs!r}")
+        if "max_episode_steps" in keywords:  # which `gymnasium.make_vec` passes
+            keywords = {name: value for name, value in keywords.items() if name != "max_episode_steps"} | {
+                "max_turns": shorter(keywords["max_episode_steps"], keywords.get("max_turns"))
+            }
+        if not is_count(num_envs, _MOST):
+            raise ValueError(f"num_envs must be an integer from 1 to {_MOST}, got {num_envs!r}")
         self.settings = Settings.of(
             f"{env_id} in arrays (vectorization_mode='sync' takes more)",
             {**own, **keywords},

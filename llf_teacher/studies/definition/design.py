@@ -29,6 +29,7 @@ SPENDING = ("obrien_fleming", "pocock")
 """Alpha-spending functions of a sequential design; see `llf_teacher.studies.analysis.sequential`."""
 TESTER, TEST_TYPE = "silent", NONE
 """Teacher and feedback type of a test."""
+MOST_LESSONS = 1_000_000
 SAME, NEXT = "same", "next"
 WORLDS = (SAME, NEXT)
 """Worlds of the lessons: the seed's world from the same start each time, which is the world of the test if the
@@ -68,8 +69,8 @@ def check_transfer(table: Any, study: Any, problems: list[str]) -> dict[str, Any
         return {}
     wrong = [f"transfer: {unknown('key', name, Transfer._fields)}" for name in table if name not in Transfer._fields]
     lists = {name: _list(name, value, wrong) for name, value in table.items()}
-    if not all(map(is_count, lists["lessons"])):
-        wrong.append(f"transfer: lessons must be integers of at least 1, got {table['lessons']!r}")
+    if not all(is_count(each, MOST_LESSONS) for each in lists["lessons"]):
+        wrong.append(f"transfer: lessons must be integers from 1 to {MOST_LESSONS}, got {table['lessons']!r}")
     wrong += [f"transfer: {unknown('worlds', each, WORLDS)}" for each in lists.get("worlds", ()) if each not in WORLDS]
     checks: dict[str, Callable[[Any], str]] = {
         "taught": lambda id: entry(id).id,

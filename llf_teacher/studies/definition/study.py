@@ -2,8 +2,8 @@
 
 import itertools
 import json
+import math
 import re
-import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from fnmatch import fnmatchcase
@@ -14,13 +14,14 @@ from typing import Any, NamedTuple, cast
 import llf_teacher
 from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.registry import PREFIX, entry, types_of
-from llf_teacher.speakers.parsing import PHRASES, needed_of, reader_spec
+from llf_teacher.serialization import read_toml
+from llf_teacher.speakers.parsing import PHRASES, needed_of, parse_teacher, reader_spec
 from llf_teacher.students.student import Student
-from llf_teacher.studies.definition.custom_specs import parse_teacher, student_spec, teacher_spec
+from llf_teacher.studies.definition.custom_specs import student_spec, teacher_spec
 from llf_teacher.studies.definition.design import BASELINE, SUBSETS, Transfer, check_interim_analyses, check_transfer
 from llf_teacher.studies.definition.names import check_names, short_names
 from llf_teacher.studies.definition.options import check_options, options_of
-from llf_teacher.studies.definition.primary import check_primary
+from llf_teacher.studies.definition.primary import check_compare, check_primary
 from llf_teacher.studies.definition.stored_specs import student_of, teacher_of, use_stored
 from llf_teacher.studies.definition.transcript_filter import check_transcripts
 from pz_envs.family import all_families
@@ -32,6 +33,10 @@ from teachers.spec import is_count, unknown
 
 DRAWS = 256
 """Default number of worlds for measuring the information of claims."""
+MOST, MOST_WORLDS, MOST_EPISODES = 1_000_000, 100_000, 100_000_000
+"""Greatest numbers of seeds, samples, lessons and turns, of worlds for measuring claims, and of a study's episodes."""
+MOST_SEED = 2**63 - 1
+"""The greatest seed that a store can hold."""
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
@@ -68,7 +73,7 @@ class Study:
     feedback_types: Sequence[str] = ("a",)
     """The kinds that teachers may use; `"subsets"` means every subset of the five kinds, for an ablation."""
     seeds: int | Sequence[int] = 10
-    """The seeds, each at least 0; a number n means 0 to n - 1."""
+    """The seeds, each from 0 to `MOST_SEED`; a number n means 0 to n - 1. At most `MOST`."""
     max_turns: int | None = None
     """Turns after which episodes are truncated; None: the number of each family."""
     samples: int = 1
@@ -84,14 +89,20 @@ class Study:
     """Per pattern of ids, as in `llf-metaworld-*`, options of the environment: its world's options, `visual` and
     `failure_reward`. If several patterns match an id, the first counts. They are part of an episode's identity.
     """
+    question: str = ""
+    """What the study asks, in words, which the report repeats before its answer."""
+    compare: Sequence[Sequence[str]] = ()
+    """The pairs of teachers, both of `teachers`, that answer the question: the report compares the first of each pair
+    with the second, for every student that teachers can reach, and says so first. They are the primary comparisons.
+    """
     baseline: str = BASELINE
     """The teacher that the report compares the others with, one of `teachers`. If the default is not one of them, there
     is no comparison.
     """
     primary: Sequence[Mapping[str, str]] = ()
     """The primary comparisons, which share the study's error rate: tables with patterns of `teacher`,
-    `student`, `instruction_type` and `feedback_type`. Without tables: every teacher against the baseline, for every
-    student that teachers can reach, over all families.
+    `student`, `instruction_type` and `feedback_type`. Without tables and `compare`: every teacher against the baseline,
+    for every student that teachers can reach, over all families.
     """
     interim_analyses: Mapping[str, Any] = field(default_factory=dict)
     """A sequential design: the numbers of seeds at which the study is tested (`at`), the alpha-spending function
@@ -128,12 +139,12 @@ class Study:
             set_(self, "feedback_types", SUBSETS)
         for name, check in _CHECKS.items():
             set_(self, name, _listed(name, getattr(self, name), check, problems))
-        if self.max_turns is not None and not is_count(self.max_turns):
-            problems.append(f"max_turns must be an integer of at least 1, got {self.max_turns!r}")
-        if not is_count(self.samples):
-            problems.append(f"samples must be an integer of at least 1, got {self.samples!r}")
-        if not (isinstance(self.bits, bool) or is_count(self.bits)):
-            problems.append(f"bits must be true, false or a number of worlds, at least 1, got {self.bits!r}")
+        if self.max_turns is not None and not is_count(self.max_turns, MOST):
+            problems.append(f"max_turns must be an integer from 1 to {MOST}, got {self.max_turns!r}")
+        if not is_count(self.samples, MOST):
+            problems.append(f"samples must be an integer from 1 to {MOST}, got {self.samples!r}")
+        if not (isinstance(self.bits, bool) or is_count(self.bits, MOST_WORLDS)):
+            problems.append(f"bits must be true, false or a number of worlds, 1 to {MOST_WORLDS}, got {self.bits!r}")
         try:
             set_(self, "reader", reader_spec(self.reader))
         except ValueError as error:
@@ -143,10 +154,19 @@ class Study:
         set_(self, "baseline", self._compared(problems))
         if not problems:
             set_(self, "primary", check_primary(self.primary, self, problems))
+            set_(self, "compare", check_compare(self.compare, self, problems))
+            if self.primary and self.compare:
+                problems.append("primary and compare both say which comparisons are primary; leave out one of them")
+        if not isinstance(self.question, str):
+            problems.append(f"question must be a text, got {self.question!r}")
         design = check_interim_analyses(self.interim_analyses, len(self._seeds), problems)
         set_(self, "interim_analyses", design._asdict() if design else {})
         if not problems:
             set_(self, "transfer", check_transfer(self.transfer, self, problems))
+        if not problems and (number := sum(map(self._number, self.ids))) > MOST_EPISODES:
+            problems.append(
+                f"a study must have at most {MOST_EPISODES} episodes, got {number}; give fewer seeds or samples"
+            )
         set_(self, "names", check_names(self.names, self._specs("teachers") + self._specs("students"), problems))
         set_(self, "transcripts", check_transcripts(self.transcripts, problems))
         if not problems:
@@ -276,6 +296,13 @@ class Study:
             students=tuple(each for each in plan.students if each in grid.students or each not in self.students),
         )
 
+    def _number(self, id: str) -> int:
+        """The number of episodes in an environment."""
+        grid, plan = self.grid(id), self.tests(id)
+        tests = plan.taught, plan.worlds, plan.lessons, plan.feedback_types, plan.teachers, plan.students
+        own = self.samples * len(self.feedback_types) * len(grid.teachers) * len(grid.students)
+        return len(self.instruction_types) * len(grid.seeds) * (own + math.prod(map(len, tests)))
+
     def episodes(self) -> Iterator[EpisodeSpec]:
         """Every episode, seeds innermost, in the order of interim analyses; tests come after the others."""
         bounds = [0, *self.interim_analyses["at"]] if self.interim_analyses else [0, len(self._seeds)]
@@ -364,8 +391,8 @@ def _frozen(value: Any) -> Any:
 
 
 def _seed(value: Any) -> int:
-    if not isinstance(value, int) or isinstance(value, bool) or value < 0:
-        raise ValueError(f"a seed must be an integer of at least 0, got {value!r}")
+    if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value <= MOST_SEED:
+        raise ValueError(f"a seed must be an integer from 0 to {MOST_SEED}, got {value!r}")
     return value
 
 
@@ -388,11 +415,11 @@ _CHECKS: dict[str, Callable[[Any], Any]] = {
 def _listed(name: str, values: Any, check: Callable[[Any], Any], problems: list[str]) -> tuple[Any, ...]:
     """The different values in canonical form; adds to `problems`."""
     given = values
-    if check is _seed and isinstance(values, int) and not isinstance(values, bool):
-        values = tuple(range(values))
-    if not isinstance(values, Sequence) or isinstance(values, str | bytes) or not values:
-        number = " or a number of at least 1" if check is _seed else ""
-        problems.append(f"{name} must be a non-empty list{number}, got {given!r}")
+    if check is _seed and is_count(values, MOST):
+        values = range(values)
+    if not isinstance(values, Sequence) or isinstance(values, str | bytes) or not values or values[MOST:]:
+        number = f", or a number from 1 to {MOST}" if check is _seed else ""
+        problems.append(f"{name} must be a list of 1 to {MOST} values{number}, got {given!r:.80}")
         return ()
     canonical = []
     for value in values:
@@ -409,10 +436,7 @@ def load_study(path: Path) -> Study:
     Raises:
         ValueError: the file cannot be read, or is not a study; the message names the file.
     """
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise ValueError(f"{path}: {error}") from None
+    table = read_toml(path)
     allowed = {field.name: field for field in fields(Study)}
     problems = [unknown("key", key, allowed) for key in table if key not in allowed]
     problems += [f"{key} is missing" for key in ("ids", "teachers", "students") if key not in table]
@@ -429,7 +453,7 @@ def to_toml(study: Study) -> str:
     values = study.as_dict()
     patterns = {name: values.pop(name) for name in ("fewer", "options")}
     tables = {name: table for name in ("interim_analyses", "transfer", "names") if (table := values.pop(name))}
-    for name in ("transcripts", "primary", "bits"):
+    for name in ("transcripts", "primary", "bits", "question", "compare"):
         values[name] = values[name] or None
     if study.reader == PHRASES:
         del values["reader"]
@@ -484,8 +508,8 @@ def quickstart() -> Study:
             "silent",
         ),
         students=("random", "reward_only", "text_only", "obedient", "oracle"),
-        baseline="delayed(turns=2)",
-        primary=({"teacher": "mistake(eps=0.3)"},),
+        question="Do late words cost a student more, or wrong ones?",
+        compare=(("delayed(turns=2)", "mistake(eps=0.3)"),),
         seeds=tuple(range(10)),
         fewer={
             PREFIX + name: {

@@ -11,23 +11,33 @@ _BAR_SECONDS = 0.1  # between updates of the bar on a terminal
 _LINE_SECONDS = 60.0  # between lines in a file
 
 
+def in_words(seconds: float) -> str:
+    """A duration, rounded."""
+    if seconds < 100:
+        return f"{seconds:.0f} seconds"
+    minutes = round(seconds / 60)
+    return f"{minutes} minutes" if minutes < 100 else f"{minutes // 60} h {minutes % 60:02} min"
+
+
 class StudyProgress:
     """Shows how many episodes are done, and nothing if the study cannot start.
 
     Args:
         console: the output.
+        measured: whether the calls say the seconds left; if not, a bar shows what the speed of the episodes makes them.
     """
 
-    def __init__(self, console: Console) -> None:
+    def __init__(self, console: Console, measured: bool = False) -> None:
         self._console = console
-        columns = BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn()
+        left = TextColumn("{task.fields[left]}", markup=False) if measured else TimeRemainingColumn()
+        columns = BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), left
         self._bar = Progress(TextColumn("{task.description}", markup=False), *columns, console=console)
-        self._task = self._bar.add_task("episodes", total=None)
+        self._task = self._bar.add_task("episodes", total=None, left="")
         self._began: float | None = None
         self._shown = (0.0, 0)
 
-    def __call__(self, done: int, total: int) -> None:
-        """Show the number of episodes that are done, of the total."""
+    def __call__(self, done: int, total: int, left: float | None = None) -> None:
+        """Show the number of episodes that are done, of the total, and the seconds left, if they are known."""
         now = time.monotonic()
         terminal = self._console.is_terminal
         if self._began is None:
@@ -39,10 +49,11 @@ class StudyProgress:
         elif not terminal:
             new, seconds = done - self._shown[1], now - self._shown[0]
             pace = f"{new / seconds:.3g} a second" if new else f"none in the last {seconds:.0f} s"
+            pace += "" if left is None else f", {in_words(left)} left"
             self._console.print(
                 f"{done:,} of {total:,} episodes after {now - self._began:.0f} s, {pace}", highlight=False
             )
-        self._bar.update(self._task, completed=done, total=total)
+        self._bar.update(self._task, completed=done, total=total, left="" if left is None else f"{in_words(left)} left")
         self._shown = now, done
 
     def __enter__(self) -> Self:

@@ -6,7 +6,7 @@ import os
 import platform
 import re
 from bisect import bisect_right
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from importlib import metadata
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
@@ -19,14 +19,14 @@ from llf_teacher.models.local.options import slots
 from llf_teacher.models.model import AsksModel
 from llf_teacher.models.settings import CACHE
 from llf_teacher.speakers.llm_reader import LLMReader
-from llf_teacher.speakers.parsing import parse_reader
+from llf_teacher.speakers.parsing import parse_reader, parse_teacher
 from llf_teacher.speakers.speaker import Speaker
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.trait import traits_of
-from llf_teacher.studies.definition.custom_specs import check_portable, parse_teacher
+from llf_teacher.studies.definition.custom_specs import check_portable
 from llf_teacher.studies.definition.stored_specs import facts_of
 from llf_teacher.studies.definition.study import Study
-from llf_teacher.studies.execution import executors
+from llf_teacher.studies.execution import changes, executors
 from llf_teacher.studies.execution.executors import Executor, ExecutorError, Lost, Work
 from llf_teacher.studies.execution.limits import Limits
 from llf_teacher.studies.execution.worker import Packed, Stop, describe_episode, run_episode, set_up
@@ -92,6 +92,14 @@ class RunOptions(NamedTuple):
     """Whether to play again episodes that failed in an earlier run."""
     fail_fast: bool = False
     """Whether to begin no more episodes after a failure."""
+    keys: Collection[str] | None = None
+    """Keys of the episodes to play; None: all."""
+    changed: str = changes.STOP
+    """What becomes of stored episodes whose teacher, student or world has changed since, one of `changes.CHOICES`."""
+    name: str = ""
+    """The study's name in its store and its report; empty: none, or that of an earlier run."""
+    on_episode: Callable[[EpisodeSpec, Packed | None], object] | None = None
+    """Called with each episode at its end, None if it failed."""
 
     def engine(self, workers: int | None, waits: bool = False) -> str:
         """Name of the executor.
@@ -161,7 +169,7 @@ def play_missing(
     """
     options.limits.check()
     with lock_store(store.path):
-        store.check()
+        store.check_rows()
         silent: Callable[..., None] = lambda *_: None  # noqa: E731 (of two callbacks)
         try:
             return _Run(study, store, options, progress or silent, environment or {}, on_interim or silent).play(
@@ -202,6 +210,7 @@ class _Run:
                 f"a study whose interim analyses may stop it cannot be played in shards, got shard {options.shard}; "
                 "play it whole, or leave out `stop`"
             )
+        changes.settle(self._study, store, self._specs, options.changed)
         tally = self._count()
         for student in tally.students:
             parse_student(student).check(os.environ | self._environment)
@@ -217,6 +226,8 @@ class _Run:
             check_portable((*self._study.teachers, *self._study.transfer.get("teachers", ()), *tally.students))
         self._progress(tally.done, tally.total)
         store.define(manifest(self._study))
+        if options.name:
+            store.write_manifest({"name": options.name})
         if tally.todo and not self._ends(0):
             call = partial(run_episode, limits=options.limits)
             work = Work(partial(set_up, self._environment), call, tally.todo, options.limits.hard_seconds(tally.turns))
@@ -233,8 +244,9 @@ class _Run:
         return self._played
 
     def _specs(self) -> Iterator[EpisodeSpec]:
-        shard = self._options.shard
-        return itertools.islice(self._study.episodes(), shard.number - 1, None, shard.of)
+        shard, keys = self._options.shard, self._options.keys
+        specs = itertools.islice(self._study.episodes(), shard.number - 1, None, shard.of)
+        return specs if keys is None else (spec for spec in specs if spec.key in keys)
 
     def _is_there(self, spec: EpisodeSpec) -> bool:
         return not self._fresh and self._store.has(spec.key)
@@ -310,7 +322,7 @@ class _Run:
         if isinstance(result, Lost):
             result = failure(*result)
         if isinstance(result, Packed):
-            self._store.add_packed(spec, *result)
+            self._store.add_packed(spec, result.episode, result.turns)
             self._played += 1
         elif isinstance(result, Stop):
             self._error = self._error or StudyError(result.error)
@@ -322,6 +334,8 @@ class _Run:
                 self._first.trace = result.trace
             if self._options.fail_fast:
                 self._error = self._error or self._first
+        if self._options.on_episode and not isinstance(result, Stop):
+            self._options.on_episode(spec, result if isinstance(result, Packed) else None)
 
     def _failures(self, tally: _Tally) -> EpisodeError | None:
         """The error that reports failed episodes; None without any."""
@@ -360,6 +374,7 @@ def manifest(study: Study) -> dict[str, Any]:
         "teachers": {f"{teacher}": facts for teacher in speakers(study) if (facts := teacher.facts())},
         **({"reader": reader.facts()} if isinstance(reader := parse_reader(study.reader), LLMReader) else {}),
         "own": facts_of(*((*getattr(study, name), *study.transfer.get(name, ())) for name in ("students", "teachers"))),
+        "code": {name: dict(each.modules) for name, each in changes.used_code(study).items()},
         "versions": _versions(),
         "python": platform.python_version(),
         "platform": platform.platform(),

@@ -3,6 +3,7 @@
 import os
 import random
 import sysconfig
+import time
 import traceback
 from collections.abc import Mapping
 from pathlib import Path
@@ -16,7 +17,9 @@ from llf_teacher.models import LLMError, NoAnswerError, SpendingLimitError
 from llf_teacher.studies.execution.episode import close_lessons, play
 from llf_teacher.studies.execution.executors import Process
 from llf_teacher.studies.execution.limits import Clock, Limits, TimeIsUp, within_memory
+from llf_teacher.studies.execution.shared_functions import put_back
 
+_NAMED = 3  # greatest number of functions in a message
 _OWN = [Path(__file__).parents[3] / name for name in ("llf_teacher", "pz_envs", "teachers", "worlds")]
 _OWN.append(Path(sysconfig.get_path("stdlib")))
 
@@ -32,6 +35,8 @@ class Packed(NamedTuple):
 
     episode: EpisodeRow
     turns: bytes
+    seconds: float = 0.0
+    """How long it was played."""
 
 
 def set_up(environment: Mapping[str, str]) -> None:
@@ -41,15 +46,32 @@ def set_up(environment: Mapping[str, str]) -> None:
 
 
 def run_episode(spec: EpisodeSpec, limits: Limits = Limits()) -> Packed | Failure | Stop:  # noqa: B008 (immutable)
-    """Play an episode and pack its turns. Global generators are seeded, for agents that use them."""
+    """Play an episode and pack its turns. Global generators are seeded, for agents that use them.
+
+    An episode fails if its agent replaces a function that its world may use: the world would not be that of the seed.
+    """
+    put_back()
+    result = _run_episode(spec, limits)
+    if replaced := put_back():
+        Process.spoiled = True
+        return failure(
+            "raised",
+            f"{', '.join(replaced[:_NAMED])} was replaced during the episode, by which worlds and other students draw "
+            "and compute, too; an agent must leave it as it is, and may have a generator of its own",
+        )
+    return result
+
+
+def _run_episode(spec: EpisodeSpec, limits: Limits) -> Packed | Failure | Stop:
     clock = Clock(limits)
     seed = int(spec.key, 16)
     random.seed(seed)
     np.random.seed(seed % 2**32)  # noqa: NPY002 (agents of the user's own may use it)
+    began = time.monotonic()
     try:
         with within_memory(limits.memory), clock.running():
             record = play(spec, clock.turn)
-        return Packed(record.episode, pack_turns(record.turns))
+        return Packed(record.episode, pack_turns(record.turns), time.monotonic() - began)
     except NoAnswerError as error:
         return failure("raised", f"{error}")
     except LLMError as error:

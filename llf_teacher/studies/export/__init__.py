@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from llf_teacher.studies.results import Results
+from llf_teacher.studies.store.targets import check_target
 from teachers.spec import parse_call, unknown
 
 __all__ = ["export_names", "write_export"]
@@ -34,7 +35,7 @@ def write_export(results: Results, path: Path | str, spec: str) -> int:
         The number of rows.
 
     Raises:
-        ValueError: an unknown format or option.
+        ValueError: an unknown format or option, or the file is a store or a study's file.
     """
     call = parse_call("format", spec, "`name` or `name(key=value)`, such as sft(success=True)")
     name, options = call.name, call.arguments
@@ -45,5 +46,6 @@ def write_export(results: Results, path: Path | str, spec: str) -> int:
     for key in options:
         if key not in allowed:
             raise ValueError(f"format {name!r}: {unknown('parameter', key, allowed)}")
+    check_target(Path(path), "the export", [results.path])
     written: int = write(results, Path(path), **options)
     return written

@@ -26,7 +26,8 @@ CHECKED = (*_FLAT, Label.HEDGED)
 """Labels of checked claims."""
 _SUMMED = (
     *("success", "regret", "turns", "words", "parse_failures", "claims", "claims_held", "advised", "followed"),
-    *("unchecked", "changes", *READINGS),
+    *("unchecked", "changes", *READINGS, "unbuilt", "withheld"),
+    *("teacher_answers", "teacher_cut", "teacher_empty", "teacher_repeats", "teacher_seconds"),
     *(f"said_{kind}" for kind in KINDS),
     *CHECKED,
 )
@@ -199,6 +200,13 @@ class Columns:
         )
         there, wanted = counts
         return {number: Revision(wanted.get(number, 0), count) for number, count in sorted(there.items())}
+
+    def coded(self) -> Iterator[tuple[frozenset[str], int, int]]:
+        """What may have code of its own in some episodes, the revision of these, and their number."""
+        query = f"SELECT setting, revision, count(*) FROM {_WANTED} GROUP BY setting, revision"  # noqa: S608
+        for setting, revision, number in self._db.execute(query):
+            spec = self._there[setting]
+            yield frozenset((spec.id, spec.teacher, spec.student, spec.reader, spec.taught)), revision, number
 
     def failures(self) -> dict[tuple[str, str], int]:
         """Number of failed episodes that were not played later, by student and reason."""

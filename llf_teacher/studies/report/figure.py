@@ -17,6 +17,7 @@ from urllib.parse import quote
 import matplotlib.style
 from matplotlib.figure import Figure
 
+from llf_teacher.escaping import cell_of
 from llf_teacher.studies.report.plots import NARROW, STYLE, WIDTH
 from llf_teacher.theme import SHADES
 
@@ -47,7 +48,7 @@ class Plot:
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(self.columns)
-        writer.writerows([_cell(value) for value in row] for row in self.rows)
+        writer.writerows([_cell(cell_of(value)) for value in row] for row in self.rows)
         return text.getvalue()
 
     @property

@@ -4,7 +4,7 @@ import base64
 import hashlib
 import os
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from html import escape
 from pathlib import Path
 
@@ -13,17 +13,19 @@ from markupsafe import Markup
 
 from llf_teacher.escaping import escape_control_chars
 from llf_teacher.studies.analysis.statistics import exact_p
+from llf_teacher.studies.definition.fingerprints import mixed_words
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.report.data import Data, read
 from llf_teacher.studies.report.parts import PARTS
 from llf_teacher.studies.report.parts import findings as findings_part
 from llf_teacher.studies.report.section import reads
 from llf_teacher.studies.store import Store
+from llf_teacher.studies.store.targets import check_target
 from llf_teacher.theme import pages, style
 
 _FIGURES, _SHOWN = (
     3_000_000,
-    1_000_000,
+    1_500_000,
 )  # bytes of figures with their data, and of transcripts, that browsers handle well
 
 
@@ -47,12 +49,17 @@ class ByteBudget:
         return fits
 
 
-def check_writable(path: Path) -> None:
+def check_writable(path: Path, kept: Iterable[Path] = ()) -> None:
     """Check that a report can be written to a path, before a study is played.
 
+    Args:
+        path: the file.
+        kept: the store and the study's file.
+
     Raises:
-        ValueError: it is a folder, or its folder is missing or not writable.
+        ValueError: it is a folder, its folder is missing or not writable, or it would replace a file of a study.
     """
+    check_target(path, "the report", kept)
     if path.is_dir():
         raise ValueError(f"cannot write the report to {path}: it is a folder; give a file")
     folder = path.absolute().parent
@@ -71,7 +78,7 @@ def write_report(store: Store, study: Study, path: Path) -> Data:
     Raises:
         ValueError: no episode of the study has been played, or the path cannot be written.
     """
-    check_writable(path)
+    check_writable(path, [store.path])
     draft = path.with_name(f".{path.name}.{os.getpid()}")
     try:
         data = read(store, study)
@@ -116,7 +123,8 @@ class Report:
         self.html = html
 
     def save(self, path: Path | str) -> None:
-        """Write the page."""
+        """Write the page; errors as in `check_writable`."""
+        check_writable(Path(path))
         Path(path).write_text(self.html, encoding="utf-8", newline="\n")
 
     def _repr_html_(self) -> str:
@@ -151,7 +159,8 @@ def page(data: Data) -> str:
     allowed = f"style-src {_hash(css)}; script-src {_hash(script)}"
     policy = Markup(f"default-src 'none'; {allowed}; base-uri 'none'; form-action 'none'")  # noqa: S704 (as above)
     frame = environment.get_template("page.html.j2")
-    return escape_control_chars(frame.render(parts=parts, style=css, script=script, policy=policy))
+    name = data.manifest.get("name", "")
+    return escape_control_chars(frame.render(name=name, parts=parts, style=css, script=script, policy=policy))
 
 
 def _hash(text: str) -> str:
@@ -175,6 +184,6 @@ def _counted(values: Sequence[float], digits: int, scale: float = 1) -> str:
 
 def _environment() -> jinja2.Environment:
     environment = pages("llf_teacher.studies.report")
-    environment.globals |= {"figures": ByteBudget(_FIGURES), "shown": ByteBudget(_SHOWN)}
+    environment.globals |= {"mixed_words": mixed_words, "figures": ByteBudget(_FIGURES), "shown": ByteBudget(_SHOWN)}
     environment.filters |= {"reads": reads, "every": _every, "counted": _counted, "exact_p": exact_p}
     return environment

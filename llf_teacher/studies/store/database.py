@@ -23,7 +23,7 @@ from llf_teacher.episodes.failure import Failure
 from llf_teacher.episodes.record import EpisodeRow, EpisodeSpec, Record, pack_turns, unpack_regrets, unpack_turns
 from llf_teacher.studies.store import files
 
-SCHEMA_VERSION = 8
+SCHEMA_VERSION = 9
 _APPLICATION_ID = 0x4C4C4654  # "LLFT"
 _TYPES = {
     str: "TEXT NOT NULL",
@@ -74,6 +74,8 @@ _ORDER = "id, instruction_type, feedback_type, teacher, student, seed, max_turns
 
 _ANOTHER = "give another file (`llf study run` and `report` take it by --store)"
 
+_WHOLE = "`llf study check` names what is damaged, and `llf study archive` copies a store that is in use"
+
 
 class StoreError(ValueError):
     """A file cannot serve as a store; it was not changed."""
@@ -98,6 +100,10 @@ class Store:
         if read_only and not path.is_file():
             raise StoreError(f"there is no file {path}; give a store that `llf study run` made")
         self._made = not path.exists()
+        self._cut = read_only and files.log_is_cut(path)
+        if not read_only and files.log_of(path).exists():
+            with Store(path, read_only=True) as before:  # closing it for writing would empty a wrong log into the file
+                before.check_rows()
         try:
             self._db = files.connect(path, read_only=read_only)
             weakref.finalize(self, files.close, self._db)  # in any thread
@@ -113,7 +119,7 @@ class Store:
                 """The revision of added episodes; 0: no definition."""
                 self._identity = files.file_identity(path)
                 on_error.pop_all()
-        except sqlite3.DatabaseError as error:
+        except (sqlite3.DatabaseError, UnicodeDecodeError) as error:
             raise StoreError(f"cannot use {path} as a store: {error}; {_ANOTHER}") from None
 
     def _prepare(self, read_only: bool) -> None:
@@ -138,16 +144,43 @@ class Store:
             self._db.executescript(f"BEGIN IMMEDIATE; {_SCHEMA} COMMIT;")
 
     def _damaged(self, what: str) -> StoreError:
-        return StoreError(f"{self.path} is incomplete or damaged: {what}; {_ANOTHER}")
+        return StoreError(f"{self.path} is incomplete or damaged: {what}; {_WHOLE}, or {_ANOTHER}")
 
     def check(self) -> None:
-        """Check that every episode is complete.
+        """Check that the store has all rows that were written, and each episode its turns; `damage` checks the values.
 
         Raises:
-            StoreError: an episode is not.
+            StoreError: it has not.
         """
-        for table, number in self._halves():
-            raise self._damaged(f"{_HALF} ({table}, row {number})")
+        if problem := self.lost_log():
+            raise self._damaged(problem)
+        self.check_rows()
+
+    def check_rows(self) -> None:
+        """The same for the rows that can be read: a run plays what a lost log had again.
+
+        Raises:
+            StoreError: a row is missing, or not one of those that were written.
+        """
+        try:
+            with self._same_state():
+                for table, number in self._halves():
+                    raise self._damaged(f"{_HALF} ({table}, row {number})")
+                for _, _, problem in self._broken_seals():
+                    if problem:
+                        raise self._damaged(problem)
+        except (sqlite3.DatabaseError, UnicodeDecodeError) as error:
+            raise self._damaged(f"{error}") from None
+
+    @contextlib.contextmanager
+    def _same_state(self) -> Iterator[None]:
+        """A context in which all queries see the same state, while other processes may write."""
+        self._db.execute("SAVEPOINT state")
+        try:
+            yield
+        finally:
+            with contextlib.suppress(sqlite3.Error):
+                self._db.execute("RELEASE state")
 
     def _halves(self) -> Iterator[tuple[str, int]]:
         """Rows of `result` without turns, and the other way round."""
@@ -164,37 +197,41 @@ class Store:
         """
         if problem := self.lost_log():
             yield "file", 0, problem
-        self._db.execute("SAVEPOINT damage")  # all queries see the same state
-        self._db.text_factory = lambda text: text.decode("utf-8", "backslashreplace")  # which breaks its digest
-        try:
-            for table, read in (
-                ("file", self._broken_pages),
-                ("result", self._broken_episodes),
-                ("failure", self._broken_failures),
-                ("definition", lambda: self._broken_facts("definition", "revision, facts")),
-                ("manifest", lambda: self._broken_facts("manifest", "name, value")),
-                ("seal", self._broken_seals),
-            ):
-                row: int | str = 0
-                try:
-                    for table, row, problem in read():
-                        if problem:
-                            yield table, row, problem
-                except (sqlite3.Error, UnicodeError, OverflowError) as error:
-                    yield table, row, f"what follows this row cannot be read: {error}"
-        finally:
-            self._db.text_factory = str
-            with contextlib.suppress(sqlite3.Error):
-                self._db.execute("RELEASE damage")
+        with self._same_state():
+            self._db.text_factory = lambda text: text.decode("utf-8", "backslashreplace")  # which breaks its digest
+            try:
+                for table, read in (
+                    ("file", self._broken_pages),
+                    ("result", self._broken_episodes),
+                    ("failure", self._broken_failures),
+                    ("definition", lambda: self._broken_facts("definition", "revision, facts")),
+                    ("manifest", lambda: self._broken_facts("manifest", "name, value")),
+                    ("seal", self._broken_seals),
+                ):
+                    row: int | str = 0
+                    try:
+                        for table, row, problem in read():
+                            if problem:
+                                yield table, row, problem
+                    except (sqlite3.Error, UnicodeError, OverflowError) as error:
+                        yield table, row, f"what follows this row cannot be read: {error}"
+            finally:
+                self._db.text_factory = str
 
     def lost_log(self) -> str:
-        """The problem of a copy without its log; empty for other files."""
-        if not files.has_lost_its_log(self.path):
-            return ""
-        return (
-            f"episodes may be missing: it was copied without its log, {files.log_of(self.path).name}, in which the "
-            "newest are; copy both, or let `llf study archive` copy it"
-        )
+        """The problem of a copy whose log is missing or cut; empty for other files."""
+        log = files.log_of(self.path).name
+        if self._cut:
+            return (
+                f"episodes may be missing: its log, {log}, has no end; copy both files when no run writes to them, or "
+                "let `llf study run` play what is missing"
+            )
+        if files.has_lost_its_log(self.path):
+            return (
+                f"episodes may be missing: it was copied without its log, {log}, in which the newest are; copy both, "
+                "or let `llf study run` play what is missing"
+            )
+        return ""
 
     def _broken_pages(self) -> Iterator[tuple[str, int | str, str]]:
         for (message,) in self._db.execute("PRAGMA integrity_check"):
@@ -263,6 +300,13 @@ class Store:
             self._delete("failure", "key", row[0])
             db.execute(f"INSERT INTO failure VALUES (NULL, {_marks(row)})", row)  # noqa: S608
             self._count("failure", digest)
+
+    def remove(self, keys: Iterable[str]) -> None:
+        """Remove episodes with their turns, all or nothing."""
+        with self._writing() as db:
+            for key in map(_key, keys):
+                db.execute("DELETE FROM story WHERE number IN (SELECT number FROM result WHERE key = ?)", (key,))
+                self._delete("result", "key", key)
 
     def _delete(self, table: str, column: str, value: Any) -> None:
         """Delete a row, if it exists."""
@@ -333,6 +377,10 @@ class Store:
             with contextlib.suppress(sqlite3.Error):
                 if db.in_transaction:  # SQLite may have ended the transaction
                     db.execute("ROLLBACK")
+            if isinstance(error, OverflowError):
+                raise StoreError(
+                    f"{self.path} holds integers below 2**63, got a greater one; give smaller numbers"
+                ) from None
             if isinstance(error, sqlite3.OperationalError):
                 raise StoreError(
                     f"cannot write to {self.path}: {error}; earlier episodes are in it. Solve this, and run the same "
@@ -373,6 +421,23 @@ class Store:
     def has(self, key: str) -> bool:
         """Whether the store has an episode."""
         return self._found("SELECT 1 FROM result WHERE key = ?", bytes.fromhex(key))
+
+    def revision_of(self, key: str) -> int | None:
+        """The revision of an episode's definition; None if the store does not have the episode."""
+        row = self._db.execute("SELECT revision FROM result WHERE key = ?", (_key(key),)).fetchone()
+        return None if row is None else int(row[0])
+
+    def versions(self) -> list[tuple[str, str, str]]:
+        """Each id that has had episodes, with their `version` and `rules`."""
+        query = "SELECT DISTINCT id, version, rules FROM setting ORDER BY id, version, rules"
+        return [(id, version, rules) for id, version, rules in self._db.execute(query)]
+
+    def coded(self) -> Iterator[tuple[frozenset[str], int, int]]:
+        """What may have code of its own in some episodes, the revision of these, and their number."""
+        names = "id, teacher, student, reader, taught"
+        query = f"SELECT revision, count(*), {names} FROM episode GROUP BY revision, {names}"  # noqa: S608
+        for revision, number, *specs in self._db.execute(query):
+            yield frozenset(specs), revision, number
 
     def has_failed(self, key: str) -> bool:
         """Whether an episode failed and was not played later."""
@@ -472,7 +537,7 @@ class Store:
         try:
             return {name: json.loads(value) for name, value in self._db.execute(query)}
         except (ValueError, sqlite3.DatabaseError) as error:
-            raise self._damaged(f"its definition cannot be read, {error}; `llf study check` names the rows") from None
+            raise self._damaged(f"its definition cannot be read, {error}") from None
 
     def write_manifest(self, values: Mapping[str, Any]) -> None:
         """Write facts about the study and its software; earlier ones of the same names are replaced."""
@@ -491,10 +556,9 @@ class Store:
         """Write a whole, consistent copy of the store; others may write to the store at the same time.
 
         Raises:
-            StoreError: the store is itself a copy without its log; a copy of it would hide this.
+            StoreError: the store is not whole; a copy of it would hide this.
         """
-        if problem := self.lost_log():
-            raise self._damaged(problem)
+        self.check()
         with contextlib.closing(files.connect(path)) as copy:
             self._db.backup(copy)
             files.close(copy)
@@ -506,7 +570,10 @@ class Store:
     def __enter__(self) -> "Store":
         return self
 
-    def __exit__(self, error: type[BaseException] | None, *_: object) -> None:
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, *_: object) -> None:
+        if isinstance(error, sqlite3.DatabaseError):
+            self.close()
+            raise self._damaged(f"{error}") from None
         useless = error is not None and self._made and self.empty and files.file_identity(self.path) == self._identity
         self.close()
         if useless:

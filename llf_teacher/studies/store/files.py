@@ -2,16 +2,21 @@
 
 While a process writes to a store, it is in SQLite's write-ahead mode: the newest episodes are in a log beside the file.
 When the last writer closes it, they move into the file, which leaves that mode. So a file in that mode without a log is
-a copy that lacks the newest episodes.
+a copy that lacks the newest episodes, and so is one whose log ends before its last transaction does.
 """
 
 import contextlib
 import os
 import sqlite3
+import struct
 from collections.abc import Iterator
 from pathlib import Path
 
 _MODE, _LOGGED = slice(18, 20), b"\2\2"  # bytes of the header, https://www.sqlite.org/fileformat.html
+
+
+_LOG, _FRAME = struct.Struct(">8xI4x8s8x"), struct.Struct(">4xI8s8x")  # headers of a log and of a page in it
+_INDEX = struct.Struct("=16xI")  # the beginning of a log's index
 
 
 def log_of(path: Path) -> Path:
@@ -23,6 +28,35 @@ def has_lost_its_log(path: Path) -> bool:
     """Whether a file is half of a store: the log with its newest episodes is missing."""
     with path.open("rb") as file:
         return file.read(_MODE.stop)[_MODE] == _LOGGED and not log_of(path).exists()
+
+
+def _index_of(path: Path) -> Path:
+    return path.with_name(f"{path.name}-shm")
+
+
+def log_is_cut(path: Path) -> bool:
+    """Whether the log of a file lacks its end. Ask before the file is opened, which makes a new index of the log.
+
+    The index, which a killed writer leaves, has the number of pages in the log. A copy has none: its log must end with
+    a whole transaction.
+    """
+    log, index = log_of(path), _index_of(path)
+    try:
+        known = index.exists()
+        pages = _INDEX.unpack_from(index.read_bytes().ljust(_INDEX.size, b"\0"))[0] if known else 0
+        with log.open("rb") as file:
+            (size, salt), length = _LOG.unpack(file.read(_LOG.size).ljust(_LOG.size, b"\0")), log.stat().st_size
+            if known:  # a writer may be at work, and the log does not shrink
+                return pages > 0 and length < _LOG.size + pages * (_FRAME.size + size)
+            last = 1
+            for at in range(_LOG.size, length, _FRAME.size + size):
+                file.seek(at)
+                ends, of = _FRAME.unpack(file.read(_FRAME.size).ljust(_FRAME.size, b"\0"))
+                last = ends if of == salt else last  # what follows the newest transaction is of an earlier round
+    except FileNotFoundError:
+        return False
+    whole = size > 0 and (length - _LOG.size) % (_FRAME.size + size) == 0 and last > 0
+    return not whole and not index.exists()
 
 
 def connect(path: Path, *, read_only: bool = False) -> sqlite3.Connection:
@@ -37,14 +71,14 @@ def connect(path: Path, *, read_only: bool = False) -> sqlite3.Connection:
     """
     if not read_only:
         return sqlite3.connect(path, isolation_level=None, check_same_thread=False)
-    log, index = log_of(path), path.with_name(f"{path.name}-shm")
+    log, index = log_of(path), _index_of(path)
     if log.exists() and not index.exists() and not os.access(log.parent, os.W_OK):
         raise sqlite3.OperationalError(
             f"its newest episodes are in {log.name}, which can only be read in a folder that can be written to; copy "
             "both files to one"
         )
-    # SQLite would make a log for a file in write-ahead mode; without a log nobody writes to it.
-    mode = "mode=ro&immutable=1" if has_lost_its_log(path) else "mode=ro"
+    # SQLite would make a log for a file in write-ahead mode, or a new index; without a whole log nobody writes to it.
+    mode = "mode=ro&immutable=1" if has_lost_its_log(path) or log_is_cut(path) else "mode=ro"
     return sqlite3.connect(
         f"{path.absolute().as_uri()}?{mode}", uri=True, isolation_level=None, check_same_thread=False
     )
@@ -65,7 +99,7 @@ def begin_writing(db: sqlite3.Connection) -> None:
 
 def close(db: sqlite3.Connection) -> None:
     """Close a connection; the last one that can write empties the log into the file."""
-    with contextlib.suppress(sqlite3.Error):  # it is open elsewhere, read-only or damaged, or the disk is full
+    with contextlib.suppress(sqlite3.Error, UnicodeDecodeError):  # open elsewhere, read-only, damaged, or a full disk
         db.execute("PRAGMA busy_timeout = 0")
         db.execute("PRAGMA journal_mode = DELETE")
     db.close()

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from llf_teacher.studies.definition.fingerprints import differing
 from llf_teacher.studies.store import Store, StoreError
 from llf_teacher.studies.store.store_lock import lock_store
 
@@ -55,11 +56,18 @@ def _check_same_study(stores: Sequence[Store]) -> None:
     stores = [store for store in stores if "study" in store.manifest()]
     studies = [store.manifest()["study"] for store in stores]
     for store, study in zip(stores, studies, strict=True):
-        if differing := [name for name in {**studies[0], **study} if study.get(name) != studies[0].get(name)]:
+        if fields := [name for name in {**studies[0], **study} if study.get(name) != studies[0].get(name)]:
             raise StoreError(
-                f"{store.path} is of another study than {stores[0].path}: they differ in {', '.join(differing)}; merge "
+                f"{store.path} is of another study than {stores[0].path}: they differ in {', '.join(fields)}; merge "
                 "the shards of one study only"
             )
+        for name, modules in store.manifest().get("code", {}).items():
+            known = stores[0].manifest().get("code", {})
+            if name in known and (changed := differing(modules, known[name])):
+                raise StoreError(
+                    f"{store.path} has other code of {name} than {stores[0].path} ({changed}); play one of them again, "
+                    "by `llf study run` with --replay-changed"
+                )
 
 
 def _copied(part: Store, whole: Store) -> Iterator[None]:
@@ -72,7 +80,7 @@ def _copied(part: Store, whole: Store) -> Iterator[None]:
     for spec, failure in part.failed():
         if not whole.has(spec.key):
             whole.add_failure(spec, failure)
-    known = whole.manifest()
+    known = {**whole.manifest(), "name": ""}  # the name is that of the study's file as seen from the part
     whole.write_manifest({name: value for name, value in part.manifest().items() if name not in known})
 
 

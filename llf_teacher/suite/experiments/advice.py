@@ -15,3 +15,8 @@ EXPERIMENT = Experiment(
     reference="obedient",
     ids=(ARMS, FILMS),
 )
+ASKED = (
+    "Before each turn the teacher says which action is best; to compare, it says as much about nothing in "
+    "other lessons."
+)
+"""What the student is asked, in plain words for a card."""

@@ -13,3 +13,7 @@ EXPERIMENT = Experiment(
     seeds=40,
     rests_on=("silence",),
 )
+ASKED = (
+    "After a bad action the teacher says that it was bad; to compare, it says as much about nothing in other lessons."
+)
+"""What the student is asked, in plain words for a card."""

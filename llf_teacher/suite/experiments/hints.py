@@ -13,3 +13,8 @@ EXPERIMENT = Experiment(
     better="ruler",
     rests_on=("advice", "warnings", "silence"),
 )
+ASKED = (
+    "In each turn the teacher gives one clue that leaves several actions; to compare, it says as much about "
+    "nothing in other lessons."
+)
+"""What the student is asked, in plain words for a card."""

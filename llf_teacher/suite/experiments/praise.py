@@ -14,3 +14,7 @@ EXPERIMENT = Experiment(
     seeds=40,
     rests_on=("silence",),
 )
+ASKED = (
+    "After a good action the teacher says that it was good; to compare, it says as much about nothing in other lessons."
+)
+"""What the student is asked, in plain words for a card."""

@@ -17,3 +17,8 @@ EXPERIMENT = Experiment(
     rests_on=("advice", "warnings", "silence"),
     town=True,
 )
+ASKED = (
+    "The teacher says in a lesson what is the rule in this town; then the student plays another world of "
+    "the town without a teacher."
+)
+"""What the student is asked, in plain words for a card."""

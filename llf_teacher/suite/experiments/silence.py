@@ -17,3 +17,8 @@ EXPERIMENT = Experiment(
     rests_on=("advice",),
     ids=(ARMS, FILMS),
 )
+ASKED = (
+    "The teacher says once, before the first turn, which action is best, and then nothing; what is done "
+    "from the third turn on counts."
+)
+"""What the student is asked, in plain words for a card."""

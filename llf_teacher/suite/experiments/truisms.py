@@ -15,3 +15,5 @@ EXPERIMENT = Experiment(
     unit=("oracle", "silent"),
     rests_on=("advice",),
 )
+ASKED = "The teacher puts what is true among three sentences a turn that say nothing of the task."
+"""What the student is asked, in plain words for a card."""

@@ -18,3 +18,8 @@ EXPERIMENT = Experiment(
     margin=0.2,
     rests_on=("advice", "silence"),
 )
+ASKED = (
+    "The teacher gives good advice for three turns and bad advice from then on; to compare, it falls silent "
+    "then in other lessons."
+)
+"""What the student is asked, in plain words for a card."""

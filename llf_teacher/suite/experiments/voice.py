@@ -15,3 +15,5 @@ EXPERIMENT = Experiment(
     unit=("oracle", "oracle | placebo"),
     rests_on=("advice",),
 )
+ASKED = "The teacher says the same in a few curt words as in whole sentences."
+"""What the student is asked, in plain words for a card."""

@@ -11,3 +11,8 @@ EXPERIMENT = Experiment(
     ability="heeds warnings",
     better="only(kinds='fn')",
 )
+ASKED = (
+    "Before each turn the teacher says which action to avoid; to compare, it says as much about nothing in "
+    "other lessons."
+)
+"""What the student is asked, in plain words for a card."""

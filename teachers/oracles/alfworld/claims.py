@@ -127,7 +127,7 @@ class Route(PlanClaim[Truth, Alfworld]):
             return False
         lab.restore(moment.after)
         successes = [lab.advance(action)[4]["success"] for action in self.actions]
-        return successes.index(True) == len(successes) - 1
+        return successes[-1:] == [True] and True not in successes[:-1]
 
 
 @claim

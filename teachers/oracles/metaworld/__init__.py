@@ -1,6 +1,7 @@
 """Meta-World's oracle: it judges by metaworld's scripted policies, and tries actions in a copy of the simulator."""
 
 import math
+import warnings
 from collections.abc import Set
 
 import numpy as np
@@ -45,6 +46,7 @@ from worlds.metaworld import Aim, MetaWorld, Pose, Truth
 
 _TRIES = 3
 _TURNS = 30
+_STRIDES = (0.03, 0.025, 0.04, 0.05)  # metres, tried for a solution where the advice finds none
 _ASIDE = 0.15  # metres by which warnings lead away
 
 
@@ -89,11 +91,17 @@ class MetaWorldOracle(Oracle[Truth, MetaWorld]):
         return tuple(claims)
 
     def _solution(self, truth: Truth) -> tuple[Claim, ...]:
-        """A whole roll-out of the advice; empty if that does not solve the task."""
-        actions, solved = self._followed(truth, _TURNS)
-        if not solved:
-            return ()
-        return (Solution(actions=actions),)
+        """A whole roll-out of the advice, or where that fails of longer strides; empty, with a warning, if all fail."""
+        for stride in (None, *_STRIDES):
+            actions, solved = self._followed(truth, _TURNS, stride)
+            if solved:
+                return (Solution(actions=actions),)
+        warnings.warn(
+            f"the advice for {self.lab.task} does not solve it in this episode within {_TURNS} turns, so that the "
+            "instruction c has no solution; take another seed",
+            stacklevel=2,
+        )
+        return ()
 
     def _trial(self, truth: Truth, action: Pose) -> tuple[float, float, bool]:
         """The hand's distance from the aim before and after an action, and whether the action solves the task."""
@@ -186,13 +194,16 @@ class MetaWorldOracle(Oracle[Truth, MetaWorld]):
             return (action_for(self._aim(truth), truth, self.lab),)
         return self._followed(truth, n)[0]
 
-    def _followed(self, truth: Truth, n: int) -> tuple[tuple[Pose, ...], bool]:
-        """At most `n` pieces of advice, each followed in the lab, and whether the last solves the task."""
+    def _followed(self, truth: Truth, n: int, stride: float | None = None) -> tuple[tuple[Pose, ...], bool]:
+        """At most `n` pieces of advice, each followed in the lab, and whether the last solves the task.
+
+        With a `stride`, the hand moves at most so far in a turn, instead of as far as the task's correction says.
+        """
         lab = self.lab
         actions: list[Pose] = []
         lab.restore(truth)
         while not truth.solved and len(actions) < n:
-            actions.append(action_for(aim_of(lab, truth), truth, lab))
+            actions.append(action_for(aim_of(lab, truth, stride), truth, lab))
             lab.advance(actions[-1])
             truth = lab.truth
         return tuple(actions), truth.solved

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from worlds.metaworld import Aim, MetaWorld, Truth
 
@@ -84,7 +84,8 @@ def correction_for(world: MetaWorld) -> Correction:
     return _NONE if world.options["control"] == "teacher_event" else CORRECTIONS.get(world.task, _NONE)
 
 
-def aim_of(world: MetaWorld, truth: Truth) -> Aim:
-    """The corrected aim of the scripted policy."""
+def aim_of(world: MetaWorld, truth: Truth, stride: float | None = None) -> Aim:
+    """The corrected aim of the scripted policy, with another stride if one is given."""
     correction = correction_for(world)
+    correction = correction if stride is None else replace(correction, stride=stride)
     return correction.applied(world.script.aim(correction.seen(truth)), truth)

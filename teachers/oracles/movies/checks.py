@@ -291,8 +291,13 @@ def unfit(lab: Movies, moment: Moment[Truth]) -> Iterator[str]:
 
 def is_better(lab: Movies, truth: Truth, action: str, title: str) -> bool:
     """Whether a list has a title that meets all wishes, and earns more than the last list."""
-    before = earns(lab, truth, truth.answer) if truth.answer else -1.0
-    return title in json.loads(action) and suits(lab, truth.profile, title) and earns(lab, truth, action) > before
+    before, listed = earns(lab, truth, truth.answer) if truth.answer else -1.0, json.loads(action)
+    return (
+        isinstance(listed, list)
+        and title in listed
+        and suits(lab, truth.profile, title)
+        and earns(lab, truth, action) > before
+    )
 
 
 def is_wished(lab: Movies, truth: Truth, attribute: str, wish: str) -> bool:

@@ -198,6 +198,8 @@ def turn_to_spot(lab: Parking, truth: Truth) -> float:
 def leads_in(lab: Parking, truth: Truth, pose: tuple[float, float, float]) -> bool:
     """Whether a car in this pose parks by driving straight ahead."""
     x, y, heading = pose
+    if not all(map(math.isfinite, pose)):
+        return False
     truth = _whole(truth)
     there = truth._replace(car=truth.car._replace(x=x, y=y, heading=heading, speed=0.0))
     return _drive_out(lab, there, ((0.5, 0.0),) * _STRAIGHT) > 0

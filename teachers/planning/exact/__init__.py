@@ -12,7 +12,7 @@ import numpy as np
 
 from teachers.atoms import FN, FP, Claim, FeedbackType, Moment, fast_constructor
 from teachers.common import Syntax
-from teachers.oracle import Oracle
+from teachers.oracle import ALL_KINDS, Oracle
 from teachers.planning.exact.atlas import Atlas
 from teachers.planning.exact.claims import (
     Avoid,
@@ -31,11 +31,11 @@ from teachers.planning.exact.claims import (
     route,
     used,
 )
-from teachers.planning.exact.exploring import Start, explore
+from teachers.planning.exact.exploring import AlikeError, Start, explore
 from teachers.planning.exact.tables import UnlistedError, table_of
 from teachers.planning.exact.worths import NOTHING, Lost, Worth, Worths
 from teachers.planning.known import Known, State, known, words_of
-from teachers.planning.planner import Planned, Planner, PlanningError, check_own_draws, check_steps, why_unlike
+from teachers.planning.planner import Planned, Planner, PlanningError, UnfitError, check_steps, unlike
 from teachers.planning.state_key import check_recurs, check_wrappers, state_key
 from teachers.planning.transitions import Transitions
 from teachers.planning.visible import privileged
@@ -81,7 +81,7 @@ class Exact(Planner):
             if not is_count(value := getattr(self, name)):
                 raise ValueError(f"{name} must be an integer of at least 1, got {value!r}")
 
-    def plan(self, env: _Env, turns: int, success: Callable[..., Any] | None = None) -> Planned:
+    def _plan(self, env: _Env, turns: int, success: Callable[..., Any] | None) -> Planned:
         """Find all transitions, and compute the value of every action."""
         check_steps(env)
         listed = known(env)
@@ -130,11 +130,10 @@ class Exact(Planner):
                 check_recurs(env, state)
             except PlanningError as error:
                 raise PlanningError(f"{why}; {error}") from None
-        check_own_draws(env)
         if hidden := sealed(env):
             raise PlanningError(f"{hidden}, into which Python cannot look, may draw random numbers; hold it in Python")
         if not faithful(env, copied):
-            raise PlanningError(f"{why}; and {why_unlike(env)}")
+            raise unlike(env, why)
         if own.fading is not None and self.gamma is not None:
             raise PlanningError("the environment pays less with time, which goes with no gamma; leave out gamma=...")
         env.reset(seed=0)
@@ -145,7 +144,10 @@ class Exact(Planner):
             raise TypeError(f"state must give something hashable, such as a tuple or bytes, got {key!r}") from None
         look = _Limited(state)
         search = partial(self._episode, look, own.fading, turns)
-        values = search(env, 0)
+        try:
+            values = search(env, 0)
+        except AlikeError as error:  # of all that the environment holds: something else decides, too
+            raise error if self.state or own.state else UnfitError(f"{error}") from error
         count = len(values.transitions)
         source = f"all {count:,} states that can be reached by copies of the environment (in one episode)"
         return Atlas(values, search), look, source
@@ -227,6 +229,12 @@ class ExactOracle(Oracle[Position, GymWorld]):
         """Explore the episode if its states are unknown."""
         self.model.at(truth, self.lab)
 
+    def judge(self, moment: Moment[Position], kinds: Set[FeedbackType] = ALL_KINDS) -> tuple[Claim, ...]:
+        """The true claims about a moment, whose action must have done what the plan says."""
+        if moment.before is not None:
+            self.model.check(moment)
+        return super().judge(moment, kinds)
+
     def values(self, truth: Position) -> tuple[float, ...]:
         """The expected sum of rewards after each action, minus a small price of time that breaks ties."""
         values = self.model.at(truth, self.lab)
@@ -272,7 +280,7 @@ class ExactOracle(Oracle[Position, GymWorld]):
         """The claims about a state of a moment; None if no action loses anything."""
         last, then, told = self._last
         unread = moment.turn - moment.after.turn
-        if truth is last and unread == then:
+        if truth is last and unread == then and not self.model.ended:
             return told
         values = self.model.at(truth, self.lab)
         if values is not self._of:

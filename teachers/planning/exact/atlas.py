@@ -7,12 +7,14 @@ from typing import Any, NamedTuple
 
 import gymnasium
 
+from teachers.atoms import Moment
 from teachers.planning.exact.worths import Worths
 from teachers.planning.planner import PlanningError
 from teachers.planning.transitions import Transitions
 from worlds.wrapped.gym_world import GymWorld, Position
 
 _KEPT = 16  # explored episodes, and such that are none
+_CLOSE = 1e-6  # relative difference of rewards that is rounding
 _NOWHERE = ("no state",)
 
 
@@ -44,6 +46,8 @@ class Atlas:
         self.horizon, self.gamma, self.actions = values.horizon, values.gamma, values.actions
         self._nothing = Worths({_NOWHERE: [[]] * self.actions}, self.horizon, self.gamma)
         self._lost: deque[Any] = deque(maxlen=_KEPT)
+        self.ended = ""
+        """Why the transitions are wrong, as an episode has shown; empty: they are not known to be."""
         self.silences: Counter[str] = Counter()
         """The number of episodes without values, by the reason."""
 
@@ -72,16 +76,21 @@ class Atlas:
 
         If there are too many, or actions have random results, the whole episode has no values, and a warning says so.
         """
-        seen = truth.seen
-        for values, begun, depths in self._known:
-            if seen in values.transitions and (not depths or truth.turn - begun >= depths[seen]):
-                return values
+        if self.ended:
+            return self._nothing
+        if (values := self._covering(truth)) is not None:
+            return values
         start = truth.episode.anchor or truth.episode
         if self._explore is None or any(start is lost for lost in self._lost):
             return self._nothing
         lab.restore(truth)
         try:
-            values = self._explore(lab.env, truth.turn)
+            env = lab.env
+        except RuntimeError as error:  # the episode cannot be replayed
+            self._end(f"{error}")
+            return self._nothing
+        try:
+            values = self._explore(env, truth.turn)
         except PlanningError as error:
             self._lost.append(start)
             self.silences[f"{error}"] += 1
@@ -89,6 +98,36 @@ class Atlas:
             return self._nothing
         self._known = [_Map(values, truth.turn, _depths(values.transitions)), *self._known[: _KEPT - 1]]
         return values
+
+    def check(self, moment: Moment[Position]) -> None:
+        """Compare what an action did with its transitions; if it did something else, they serve no longer."""
+        before, after = moment.past, moment.after.seen
+        passed = moment.after.turn == before.turn + 1
+        values = None if self.ended or not passed else self._covering(before)
+        if values is None or not (outcomes := values.transitions[before.seen][moment.action]):
+            return
+        paid, share = moment.reward, 1.0 if self.gamma is not None else values.share(before.turn)
+        for _, state, reward in outcomes:
+            if (state is None or state == after) and abs(share * reward - paid) <= _CLOSE * max(1.0, abs(paid)):
+                return
+        self._end(
+            f"action {moment.action} in turn {before.turn + 1} earned {paid:g} and led to a state that the plan lacks "
+            "there; something outside of the environment's attributes decides, too"
+        )
+
+    def _covering(self, truth: Position) -> Worths | None:
+        """Known values that cover a state and all states after it."""
+        seen = truth.seen
+        for values, begun, depths in self._known:
+            if seen in values.transitions and (not depths or truth.turn - begun >= depths[seen]):
+                return values
+        return None
+
+    def _end(self, why: str) -> None:
+        """Know nothing from now on."""
+        self.ended = why
+        self.silences[why] += 1
+        warnings.warn(f"the teacher knows no values any more: {why}", stacklevel=2)
 
     def __getstate__(self) -> dict[str, Any]:
         return self.__dict__ | {"_lost": deque(maxlen=_KEPT)}

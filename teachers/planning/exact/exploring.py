@@ -12,7 +12,7 @@ import numpy as np
 
 from teachers.planning.exact.tables import action_count
 from teachers.planning.known import State
-from teachers.planning.planner import PlanningError, stepped
+from teachers.planning.planner import PlanningError, UnfitError, stepped
 from teachers.planning.progress import ProgressBar
 from teachers.planning.state_key import HINT
 from teachers.planning.transitions import Transition, Transitions
@@ -169,7 +169,7 @@ def _explore(start: Start, states: int, steps: int, bar: ProgressBar) -> Transit
             elif len(again) < _SAMPLED:
                 again.append((there, after, now + 1))
         if state(here) != key:
-            raise PlanningError(
+            raise UnfitError(
                 "copies of the environment share a part of its state, so that a step of one changes the others; hold "
                 "the state in attributes that are copied"
             )
@@ -205,8 +205,12 @@ def _said(transition: Transition) -> str:
     return f"{where if len(where) < _SHOWN else 'a state'} for {transition.reward:g}"
 
 
-def _alike(differs: str) -> PlanningError:
-    return PlanningError(
+class AlikeError(PlanningError):
+    """Two states have the same key and differ."""
+
+
+def _alike(differs: str) -> AlikeError:
+    return AlikeError(
         f"two states have the same key and differ: {differs}; give state=..., a function of the environment that tells "
         "them apart"
     )

@@ -1,6 +1,7 @@
 """Transitions from an environment's own table, or from the rules in `teachers.planning.known`."""
 
 import contextlib
+import copy
 import warnings
 from collections import deque
 from collections.abc import Sequence
@@ -271,11 +272,12 @@ def _try_out(env: _Env, transitions: Transitions, state: State, turns: int) -> N
     Raises:
         PlanningError: it lacks something, or the environment truncates episodes early.
     """
-    env.action_space.seed(0)
+    space = copy.deepcopy(env.action_space)
+    space.seed(0)
     for seed in range(_EPISODES):
         env.reset(seed=seed)
         for turn in range(1, _STEPS + 1):
-            over, cut = _check_step(env, transitions, state, int(env.action_space.sample()))
+            over, cut = _check_step(env, transitions, state, int(space.sample()))
             if cut and turn < turns:
                 raise PlanningError(
                     f"the environment has cut an episode off after {turn} actions, of which its table says nothing; if "

@@ -15,7 +15,7 @@ from gymnasium import spaces
 from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment
 from teachers.common import Maximize, Syntax
 from teachers.oracle import Oracle
-from teachers.planning.expert.asking import ExpertError, Same, policy_of
+from teachers.planning.expert.asking import ExpertError, ReplayError, Same, policy_of
 from teachers.planning.expert.claims import (
     Ahead,
     Around,
@@ -84,7 +84,7 @@ class Expert(Planner):
             ):
                 raise ValueError(f"{name} must be a positive number, got {value!r}")
 
-    def plan(self, env: _Env, turns: int, success: Callable[..., Any] | None = None) -> Planned:
+    def _plan(self, env: _Env, turns: int, success: Callable[..., Any] | None) -> Planned:
         """Try the expert, and test whether the environment is deterministic."""
         check_steps(env)
         listed = known(env)
@@ -190,12 +190,19 @@ class ExpertOracle(Oracle[Position, GymWorld]):
         self, what: str, moment: Moment[Position], find: Callable[..., Claim | None], *of: Any
     ) -> Claim | None:
         """The result of `find`; None, with a warning, if the expert cannot be asked or followed."""
+        if self.guide.ended:
+            return None
         try:
             return find(*of)
         except ExpertError as error:
+            if isinstance(error, ReplayError):
+                self.guide.ended = f"{error}"
             self.silences[f"{error}"] += 1
             if self.silences[f"{error}"] == 1:
-                warnings.warn(f"there is no {what} in turn {moment.turn}: {error}", ExpertWarning, stacklevel=2)
+                lasting = ", nor any later" if self.guide.ended else ""
+                warnings.warn(
+                    f"there is no {what} in turn {moment.turn}{lasting}: {error}", ExpertWarning, stacklevel=2
+                )
             return None
 
     def _would(self, truth: Position) -> Claim:

@@ -20,6 +20,10 @@ class ExpertError(RuntimeError):
     """An expert gives no usable answer; the message says why."""
 
 
+class ReplayError(ExpertError):
+    """An episode cannot be replayed: something decides that neither its seed nor its actions do."""
+
+
 def policy_of(given: Any) -> Policy:
     """A policy as a function.
 

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import gymnasium
 import numpy as np
 
-from teachers.planning.expert.asking import ExpertError, Policy, Same, Watched
+from teachers.planning.expert.asking import ExpertError, Policy, ReplayError, Same, Watched
 from worlds.wrapped.generators import draws, reseed
 from worlds.wrapped.gym_world import GymWorld, Position
 from worlds.wrapped.position import Episode, plain_parts, same, still
@@ -62,6 +62,8 @@ class Guide:
         self._make, self.rollouts, self.horizon = make, rollouts, horizon
         self._least = 1 if certain else rollouts
         self.tolerance, self._margin, self.others = tolerance, margin, others
+        self.ended = ""
+        """Why it is silent from now on; empty: it is not."""
         self._env: _Env | None = None
         self._scenes: dict[tuple[Episode, int], Watched] = {}
         self._earned: dict[tuple[Episode, int, bool], dict[tuple[Any, int], tuple[float, bool]]] = {}
@@ -229,7 +231,7 @@ class Guide:
             return self._replayed(truth, lab)
         scene = before.copy()
         if not same(scene.step(truth.episode.actions[truth.turn - 1])[0], truth.episode.rewards[truth.turn - 1]):
-            raise ExpertError("the episode cannot be replayed: an action earned something else")
+            raise ReplayError("the episode cannot be replayed: an action earned something else")
         return self._checked(scene, truth, lab)
 
     def _replayed(self, truth: Position, lab: GymWorld) -> Watched:
@@ -245,7 +247,7 @@ class Guide:
             env = self._env
             observation, info = env.reset(seed=episode.seed, options=copy.deepcopy(episode.options))
             if not same(still(observation), episode.observation):
-                raise ExpertError("the episode cannot be replayed: reset gave another observation")
+                raise ReplayError("the episode cannot be replayed: reset gave another observation")
             _check_parts(env, episode.parts)
         else:
             env, info = copy.deepcopy((episode.anchor, episode.info))
@@ -253,7 +255,7 @@ class Guide:
         scene = Watched.begin(env, self._make, observation, info)
         for action, paid in zip(truth.actions, episode.rewards, strict=False):
             if not same(scene.step(action)[0], paid):
-                raise ExpertError("the episode cannot be replayed: an action earned something else")
+                raise ReplayError("the episode cannot be replayed: an action earned something else")
         return self._checked(scene, truth, lab)
 
     def _checked(self, scene: Watched, truth: Position, lab: GymWorld) -> Watched:
@@ -266,7 +268,7 @@ class Guide:
         if episode.live is not None and truth.turn == len(episode.actions):
             _check_parts(scene.env, plain_parts(episode.live))
         if not same(still(scene.observation), lab.state_of(truth)):
-            raise ExpertError("the episode cannot be replayed: its actions led to another observation")
+            raise ReplayError("the episode cannot be replayed: its actions led to another observation")
         return scene
 
 

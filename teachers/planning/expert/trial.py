@@ -1,7 +1,6 @@
 """A trial of an expert and its environment, before the first lesson."""
 
 import copy
-import time
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
@@ -9,7 +8,7 @@ import gymnasium
 import numpy as np
 
 from teachers.planning.expert.asking import ExpertError, Policy, Watched
-from teachers.planning.planner import PlanningError, shared_draws
+from teachers.planning.planner import PlanningError, UnfitError, shared_draws
 from worlds.actions import canonical
 from worlds.wrapped.generators import reseed
 from worlds.wrapped.layers import is_plain, layers
@@ -18,8 +17,7 @@ from worlds.wrapped.position import same, still
 _Env = gymnasium.Env[Any, Any]
 _EPISODES = 100  # at most
 _STEPS = 20  # of an episode, at most
-_TOTAL = 300  # steps of all episodes
-_SECONDS = 3.0  # of computing; then there is no further step
+_TOTAL = 300  # steps of all episodes; counted, not timed, so that every machine finds the same
 
 
 class _Seen(NamedTuple):
@@ -38,10 +36,9 @@ def try_out(env: _Env, make: Callable[[_Env], Policy]) -> bool:
     Raises:
         PlanningError: the expert gives no answer, or two in one state; or a replay of the environment differs.
     """
-    until = time.process_time() + _SECONDS
     shared = shared_draws()
-    first, again = list(_play(env, make, 0, 0, until)), list(_play(env, make, 0, 0, until))
-    for mine, its in zip(first, again, strict=False):  # the second one may have had less time
+    first, again = list(_play(env, make, 0, 0)), list(_play(env, make, 0, 0))
+    for mine, its in zip(first, again, strict=False):  # the second one may end earlier
         if not same(mine.before, its.before):
             raise _unlike(env)
         if not same(mine.asked, its.asked):
@@ -58,26 +55,26 @@ def try_out(env: _Env, make: Callable[[_Env], Policy]) -> bool:
         )
     steps = 0
     for seed in range(_EPISODES):
-        one, other = (list(_play(env, make, seed, draws, until)) for draws in (0, 1))
+        one, other = (list(_play(env, make, seed, draws)) for draws in (0, 1))
         if any(not same(mine.after, its.after) for mine, its in zip(one, other, strict=False)):
             return False
         steps += len(one)
-        if steps > _TOTAL or time.process_time() > until:
+        if steps > _TOTAL:
             break
     return True
 
 
-def _unlike(env: _Env) -> PlanningError:
+def _unlike(env: _Env) -> UnfitError:
     around = [type(layer).__name__ for layer in layers(env) if not is_plain(layer)]
     keeps = f"it, or {' or '.join(around)} around it," if around else "it"
-    return PlanningError(
+    return UnfitError(
         "the same seed and actions had two results: the environment draws from a random generator that "
         f"reset(seed=...) does not seed, or that is none of its attributes; or {keeps} keeps something from one "
         "episode to the next"
     )
 
 
-def _play(env: _Env, make: Callable[[_Env], Policy], seed: int, draws: int, until: float) -> Iterator[_Seen]:
+def _play(env: _Env, make: Callable[[_Env], Policy], seed: int, draws: int) -> Iterator[_Seen]:
     """Play an episode; `draws` seeds the random draws after the reset."""
     observation, info = env.reset(seed=seed)
     try:
@@ -88,8 +85,6 @@ def _play(env: _Env, make: Callable[[_Env], Policy], seed: int, draws: int, unti
     space, rng = copy.deepcopy(env.action_space), np.random.default_rng(seed)
     space.seed(seed)
     for step in range(_STEPS):
-        if step and time.process_time() > until:
-            return
         try:
             asked = scene.ask()
         except ExpertError as error:

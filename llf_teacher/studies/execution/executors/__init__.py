@@ -4,24 +4,31 @@ An engine does not depend on studies: it calls a function on tasks, in its own p
 runner does not depend on engines: `start` returns an `Executor`.
 """
 
+import ctypes
+import multiprocessing
 import os
 import pkgutil
+import signal
+import sys
+import threading
 from collections.abc import Callable, Hashable
 from importlib import import_module
 from types import TracebackType
 from typing import Any, Generic, NamedTuple, Protocol, Self, TypeVar
 
-from teachers.spec import unknown
+from teachers.spec import check_range, unknown
 
 T = TypeVar("T", bound=Hashable)
 R = TypeVar("R")
 AHEAD = 3
 """Tasks in progress per worker: enough to keep processes busy, few to lose."""
+MOST_WORKERS = 4096
 NAMES = tuple(sorted({module.name for module in pkgutil.iter_modules(__path__)} - {"batches"}))
 """Names of all executors."""
 HERE = frozenset({"here", "threads"})
 """Executors that play in this process, so that definitions in a notebook or a program are available."""
 
+_PR_SET_PDEATHSIG = 1  # <linux/prctl.h>
 SPOILED = 77
 """Exit status of a process that an earlier task has spoiled; another process plays its task."""
 
@@ -52,6 +59,25 @@ class Process:
         """End this process, so that the engine plays its task in a new one."""
         if cls.owned:
             os._exit(SPOILED)
+
+
+def end_with_parent() -> None:
+    """Have this process end with the one that started it, even if that is killed.
+
+    On Linux the kernel ends it, whatever it does; elsewhere a thread, which cannot while a loop in C keeps others from
+    running.
+    """
+    parent = multiprocessing.parent_process()
+    if parent is None:
+        return
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+
+    def watch() -> None:
+        parent.join()
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
 
 
 class Lost(NamedTuple):
@@ -101,13 +127,15 @@ def start(name: str, work: Work[T, R], workers: int | None = None, address: str 
     Args:
         name: one of `NAMES`.
         work: the work.
-        workers: greatest number of tasks at once; None: one per core.
+        workers: greatest number of tasks at once, at most `MOST_WORKERS`; None: one per core.
         address: the address of the cluster, for executors with a cluster.
 
     Raises:
         ValueError: an unknown name, or an argument that the executor does not take.
         ModuleNotFoundError: it needs a package that is not installed; the message says which.
     """
+    if workers is not None:
+        check_range("workers", workers, 1, MOST_WORKERS, int)
     if name not in NAMES:
         raise ValueError(unknown("executor", name, NAMES))
     module: Any = import_module(f"{__name__}.{name}")

@@ -1,24 +1,35 @@
 """`processes`: processes of this machine. If one ends, only its own task is lost."""
 
 import ast
-import multiprocessing
 import os
 import signal
 import sys
-import threading
+import time
 import tokenize
 from collections.abc import Callable
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from functools import partial
 from multiprocessing.context import SpawnContext, SpawnProcess
 from multiprocessing.synchronize import Event
+from pathlib import Path
 from types import FrameType, TracebackType
 from typing import Any, Generic, Self
 
 from pebble import ProcessExpired, ProcessPool
 
-from llf_teacher.studies.execution.executors import AHEAD, SPOILED, Executor, ExecutorError, Lost, Process, R, T, Work
+from llf_teacher.studies.execution.executors import (
+    AHEAD,
+    SPOILED,
+    Executor,
+    ExecutorError,
+    Lost,
+    Process,
+    R,
+    T,
+    Work,
+    end_with_parent,
+)
 from llf_teacher.studies.execution.executors.batches import Batches, in_batches
 
 _LEFT = 78  # instead of 0: exit status of a worker that ended unexpectedly
@@ -62,7 +73,7 @@ def _check_guard() -> None:
     """Check that no script begins processes at its top level: each of them would import, and so run, the script.
 
     Raises:
-        ExecutorError: the script that runs has the call outside of any condition.
+        ExecutorError: the script that runs has the call outside of any condition, or is no file.
     """
     main = sys.modules["__main__"]
     if main.__spec__ and main.__spec__.name.endswith("__main__"):
@@ -72,6 +83,11 @@ def _check_guard() -> None:
         frame = frame.f_back
     if frame is None or frame.f_code.co_filename != getattr(main, "__file__", None):
         return  # called by a function elsewhere, in a notebook, or with `python -c`
+    if not Path(frame.f_code.co_filename).is_file():
+        raise ExecutorError(
+            f"the script {frame.f_code.co_filename} is no file, and each of the processes in which it plays would read "
+            "it again; write it to a file, or play in this process by workers=1"
+        )
     with tokenize.open(frame.f_code.co_filename) as file:
         statements = ast.parse(file.read()).body
     called = [each for each in statements if each.lineno <= frame.f_lineno <= (each.end_lineno or each.lineno)]
@@ -87,6 +103,8 @@ class _Processes(Generic[T, R]):
         self._work, self._workers = work, workers
         self.room = workers * AHEAD
         self._tasks: dict[Future[R | None], T] = {}
+        self._running: dict[Future[R | None], float] = {}
+        """When each running task was first seen."""
         self._broken = 0
         self._over = _Context().Event()
         self._begin()
@@ -97,17 +115,25 @@ class _Processes(Generic[T, R]):
         self._pool = ProcessPool(self._workers, initializer=_begin, initargs=given, context=self._context)
 
     def submit(self, task: T) -> None:
-        future = self._pool.schedule(partial(_unless_over, self._work.call), args=(task,), timeout=self._work.seconds)
-        self._tasks[future] = task
+        self._tasks[self._pool.schedule(partial(_unless_over, self._work.call), args=(task,))] = task
+
+    def _cancel_late(self) -> None:
+        """End the tasks that take too long. The pool's own limit is by a clock that may be set."""
+        now = time.monotonic()
+        self._running = {future: self._running.get(future, now) for future in self._tasks if future.running()}
+        for future, begun in self._running.items():
+            if self._work.seconds is not None and now - begun > self._work.seconds:
+                future.cancel()  # its process is ended
 
     def wait(self, seconds: float) -> list[tuple[T, R | Lost | None]]:
         results: list[tuple[T, R | Lost | None]] = []
+        self._cancel_late()
         for future in wait(self._tasks, seconds, FIRST_COMPLETED).done:
             task = self._tasks.pop(future)
             try:
                 results.append((task, future.result()))
                 self._broken = 0
-            except TimeoutError:
+            except CancelledError:
                 error = f"not over after {self._work.seconds:g} seconds, and did not end by itself"
                 results.append((task, Lost("time", error)))
             except ProcessExpired as error:
@@ -166,15 +192,8 @@ def _begin(begin: Callable[[], object], over: Event) -> None:
     global _over
     _over = over
     Process.owned = True
+    end_with_parent()
     begin()
-    parent = multiprocessing.parent_process()
-
-    def watch() -> None:
-        if parent is not None:
-            parent.join()
-            os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()
 
 
 def _how(code: int) -> str:
