@@ -349,7 +349,7 @@ def _references(runs: Mapping[str, Mapping[int, list[dict[str, Any]]]], family: 
     titles = dict(
         zip(
             REFERENCES,
-            ("any action", "any action that does something", "by the law: best without a teacher"),
+            ("any action", "any action that could be right", "by the law: best without a teacher"),
             strict=True,
         )
     )

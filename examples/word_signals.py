@@ -5,6 +5,7 @@
 
 import json
 import os
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import islice
@@ -21,7 +22,6 @@ from pz_envs.text.claims import ClaimReader
 from teachers.atoms import FP, HN, HP, ActionClaim, ParseFailure
 from worlds.bandits import levels_of
 from worlds.gridworld import DIRECTIONS, NO_DOOR, kind_of
-from worlds.world import World
 
 Message = dict[str, Any]
 Policy = Callable[[list[list[Message]]], list[str]]
@@ -45,30 +45,47 @@ def _house(world: Any) -> bool:
     return len(doors) >= DOORS and layout.treasure in doors
 
 
-def _house_shares(world: Any) -> dict[str, float]:
-    room, _, layout = world.truth
+def _house_shares(town: "Town", seed: int) -> Sequence[float]:
+    room, _, layout = town.truth(seed)
     doors = layout.doors[room]
-    open_ = [side for side in DIRECTIONS if doors[side] != NO_DOOR]
-    lawful = [side for side in open_ if kind_of(layout.names[doors[side]]) == layout.law]
-    right = {side for side in open_ if doors[side] == layout.treasure}
-    return {
-        name: len(right & {*some}) / len(some)
-        for name, some in zip(REFERENCES, (DIRECTIONS, open_, lawful), strict=True)
-    }
+    seen = [side for side in DIRECTIONS if doors[side] != NO_DOOR]
+    lawful = [side for side in seen if kind_of(layout.names[doors[side]]) == layout.law]
+    right = {side for side in seen if doors[side] == layout.treasure}
+    return [len(right & {*some}) / len(some) for some in (DIRECTIONS, seen, lawful)]
 
 
-def _arm_shares(world: Any) -> dict[str, float]:
-    truth = world.truth
+def _arm_shares(town: "Town", seed: int) -> Sequence[float]:
+    truth = town.truth(seed)
     levels = levels_of(truth.looks, truth.law)
     arms = range(len(levels))
     lawful = [arm for arm in arms if levels[arm] == max(levels)]
-    best = {*truth.best}
-    return {name: len(best & {*some}) / len(some) for name, some in zip(REFERENCES, (arms, arms, lawful), strict=True)}
+    return [len({*truth.best} & {*some}) / len(some) for some in (arms, arms, lawful)]
 
 
+def _title_shares(town: "Town", seed: int) -> Sequence[float]:
+    truth, catalogue = town.truth(seed), town.world.catalogue
+    wishes = truth.profile.wishes
+    said = [wish for name, wish in wishes.items() if name != truth.unsaid]
+    return [catalogue.count(wishes.values()) / catalogue.count(some) for some in ((), said, wishes.values())]
+
+
+def _command_shares(town: "Town", seed: int) -> Sequence[float]:
+    """Of first commands; a command is right if it is as near to the goal as the oracle's."""
+    _, info = town.world.reset(seed=seed)
+    commands = [*info[town.world.actions_key]]
+    steps = town.judge([seed] * len(commands), [response(command) for command in commands])
+    right = {command for command, step in zip(commands, steps, strict=True) if not step.regret}
+    moves = [command for command in commands if command.startswith(_MOVE)]
+    task = re.findall(r"[a-z]+", steps[0].prompt[-1]["content"].partition(_TASK)[2].partition("\n")[0])
+    keeper = next(town.world.law[word] for word in task if word in town.world.law)
+    lawful = [move for move in moves if move.removeprefix(_MOVE).rpartition(" ")[0] == keeper]
+    return [len(right & {*some}) / len(some) for some in (commands, moves, lawful or moves)]
+
+
+_MOVE, _TASK = "go to ", "Your task is to: "
 REFERENCES = ("random", "possible", "law")
-"""Success without a teacher, computed from the worlds: of any action by chance, of any action that does something, and
-of an action by the town's law, the best that is possible without feedback.
+"""Success without a teacher, computed from the worlds: of any action by chance, of any action that could be right, and of
+an action by the town's law. In gridworld and bandits the last is the best that is possible without feedback.
 """
 
 
@@ -77,25 +94,23 @@ class OneMove(NamedTuple):
 
     id: str
     options: Mapping[str, Any]
+    shares: Callable[["Town", int], Sequence[float]]
+    """The success of each of `REFERENCES` in the world of a seed."""
     fits: Callable[[Any], bool] = bool
     """Whether a world takes part; decided by its truth, before anything is played."""
-    shares: Callable[[Any], dict[str, float]] | None = None
-    """The success of each of `REFERENCES` in a world; None: not computed, since nobody is trained here."""
     longest: int = 32
     """Tokens of an answer."""
 
 
 PLACES = {
     "gridworld": OneMove(
-        "llf-gridworld-v0", {"num_rooms": 6, "num_objects": 0, "min_goal_dist": 1}, _house, _house_shares, 12
+        "llf-gridworld-v0", {"num_rooms": 6, "num_objects": 0, "min_goal_dist": 1}, _house_shares, _house, 12
     ),
-    "bandits": OneMove(
-        "llf-bandits-BanditTenArmedUniformDistributedReward-v0", {"arms": 4}, shares=_arm_shares, longest=12
-    ),
-    "movies": OneMove("llf-reco-movie-v0", {}),
-    "alfworld": OneMove("llf-alfworld-v0", {}),
+    "bandits": OneMove("llf-bandits-BanditTenArmedUniformDistributedReward-v0", {"arms": 4}, _arm_shares, longest=12),
+    "movies": OneMove("llf-reco-movie-v0", {}, _title_shares),
+    "alfworld": OneMove("llf-alfworld-v0", {}, _command_shares),
 }
-"""By name. In a town the law makes the right action of the first two follow from what is seen."""
+"""By name. In a town its law makes the right action follow from what is seen, in ALFWorld in most houses."""
 
 
 class Step(NamedTuple):
@@ -129,7 +144,7 @@ class Town:
         return make(self.place.id, text=True, options=self.options)
 
     @property
-    def world(self) -> World[Any]:
+    def world(self) -> Any:
         """A world for reading actions, and for its truth."""
         return self._env.session.world
 
@@ -144,15 +159,15 @@ class Town:
                 yield seed
             seed += 1
 
+    def truth(self, seed: int) -> Any:
+        """The truth of the world of a seed."""
+        self.world.reset(seed=seed)
+        return self.world.truth
+
     def references(self, seeds: Sequence[int]) -> dict[str, float]:
-        """The mean success of each of `REFERENCES` in some worlds; empty where it is not computed."""
-        if self.place.shares is None:
-            return {}
-        found = []
-        for seed in seeds:
-            self.world.reset(seed=seed)
-            found.append(self.place.shares(self.world))
-        return {name: float(np.mean([each[name] for each in found])) for name in REFERENCES}
+        """The mean success of each of `REFERENCES` in some worlds."""
+        means = np.mean([self.place.shares(self, seed) for seed in seeds], axis=0)
+        return dict(zip(REFERENCES, means.tolist(), strict=True))
 
     def play(
         self,

@@ -74,8 +74,10 @@ def test_the_references_are_what_such_players_get(town):
     for name, policy in (("random", random_answers(rng)), ("law", lawful(town.world.law))):
         found = np.mean([step.success for step in town.play(policy, seeds, hears=True, feedback="n")])
         assert found == pytest.approx(computed[name], abs=0.09), name  # three standard errors at most
-    arms = Town("bandits", 0)
-    assert arms.references(arms.seeds(HELD_OUT, 50))["random"] == 0.25
+    for name, count in (("bandits", 50), ("movies", 50), ("alfworld", 5)):
+        other = Town(name, 0)
+        found = other.references(other.seeds(HELD_OUT, count))
+        assert 0 < found["random"] <= found["possible"] < found["law"] <= 1, name
 
 
 def test_prompts_of_tests_have_no_feedback_and_no_phrase_of_training(town):
