@@ -84,8 +84,8 @@ def _command_shares(town: "Town", seed: int) -> Sequence[float]:
 
 _MOVE, _TASK = "go to ", "Your task is to: "
 REFERENCES = ("random", "possible", "law")
-"""Success without a teacher, computed from the worlds: of any action by chance, of any action that could be right, and of
-an action by the town's law. In gridworld and bandits the last is the best that is possible without feedback.
+"""Success without a teacher, computed from the worlds: of any action by chance, of any action that could be right, and
+of an action by the town's law. In gridworld and bandits the last is the best that is possible without feedback.
 """
 
 

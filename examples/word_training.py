@@ -122,7 +122,8 @@ class Learner:
                     **tokens,
                     max_new_tokens=longest,
                     pad_token_id=self._tokenizer.pad_token_id,
-                    use_cache=True,  # trainers turn it off in the model's configuration
+                    eos_token_id=self._tokenizer.eos_token_id,  # trainers change this and the next in the configuration
+                    use_cache=True,
                     **chosen,
                 )
             said = whole[:, tokens["input_ids"].shape[1] :]
