@@ -412,6 +412,8 @@ def _play_and_report(
         if played < store.count:
             for line in unseen(specs_of(study)):
                 console.print(escape_control_chars(line), highlight=False)
+        if not store.count:
+            errors.print("There is no report, since all episodes failed: mend what the error names first.")
         if store.count:
             console.print("Writing the report ...")
             data = write_report(store, study, report)

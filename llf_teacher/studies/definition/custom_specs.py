@@ -130,9 +130,14 @@ def check_portable(specs: Iterable[str]) -> None:
         )
 
 
+def is_ours(stage: Personality) -> bool:
+    """Whether a personality is one of this package's."""
+    return type(stage).__module__.rpartition(".")[0] == stage.package
+
+
 def _named(stage: Personality) -> str:
     """The spec string of a stage, with its module if it is not in the package of personalities."""
-    if type(stage).__module__.rpartition(".")[0] == stage.package:
+    if is_ours(stage):
         return f"{stage}"
     return f"{type(stage).__module__}:{_global(type(stage))}{f'{stage}'[len(stage.name) :]}"
 
