@@ -228,7 +228,10 @@ def export(
     ] = False,
     format: Annotated[
         str,
-        typer.Option("--format", help="Write training data instead of a table: chat, sft or dpo, with options."),
+        typer.Option(
+            "--format",
+            help="Write training data instead of a table: chat, sft, dpo, preferences or ratings, with options.",
+        ),
     ] = "",
 ) -> None:
     """Write the episodes of a store, or their turns, as a table or as training data."""
