@@ -32,7 +32,6 @@ __all__ = [
     "Pipeline",
     "Stage",
     "View",
-    "check_said",
     "check_served",
     "parse_personality",
     "personality",

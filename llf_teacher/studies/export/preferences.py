@@ -53,8 +53,8 @@ def _pairs(results: Results, length: int, same_world: bool, by: str, seed: int) 
             continue
         group = (*(row[name] for name in _GROUP), row["seed"] if same_world else None)
         each = length or row["turns"]
-        for first in range(0, row["turns"] - each + 1, each) if each else ():
-            groups.setdefault(group, []).append(({name: row[name] for name in kept}, first, first + each))
+        for begin in range(0, row["turns"] - each + 1, each) if each else ():
+            groups.setdefault(group, []).append(({name: row[name] for name in kept}, begin, begin + each))
     rng = random.Random(seed)  # noqa: S311 (a draw of pairs)
     for trajectories in groups.values():
         rng.shuffle(trajectories)
