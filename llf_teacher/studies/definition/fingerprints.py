@@ -159,12 +159,12 @@ def _find(module: str) -> ModuleSpec | None:
     for name in _with_parents(module):
         if spec is not None and (within := spec.submodule_search_locations) is None:
             return None
-        finders = (getattr(finder, "find_spec", None) for finder in sys.meta_path)
+        finders: Iterator[Any] = (getattr(finder, "find_spec", None) for finder in sys.meta_path)
         try:
-            spec = next((found for find in finders if find and (found := find(name, within))), None)
+            found: ModuleSpec | None = next((each for find in finders if find and (each := find(name, within))), None)
         except Exception:  # finders are other packages' own
             return None
-        if spec is None:
+        if (spec := found) is None:
             return None
         if name == module:
             return spec
@@ -203,7 +203,8 @@ def _read(path: Path, changed: int, size: int) -> _Source:
     except (SyntaxError, ValueError):
         return _Source(digest_of(content), (), (), ())
     names = {each.attr if isinstance(each, ast.Attribute) else each.id for each in _references(tree)}
-    imports, reads = [], []
+    imports: list[tuple[str, int, tuple[str, ...]]] = []
+    reads = []
     writes = bool(names & _WRITES)
     for each in ast.walk(tree):
         if isinstance(each, ast.Import):
@@ -236,7 +237,7 @@ def _called(call: ast.Call) -> str:
 def _writes(call: ast.Call) -> bool:
     """Whether a call of `open` names a mode of writing."""
     values = [*call.args[isinstance(call.func, ast.Name) :], *(each.value for each in call.keywords)]
-    modes = [f"{each.value}" for each in values if isinstance(each, ast.Constant)]
+    modes = [str(each.value) for each in values if isinstance(each, ast.Constant)]
     return any(len(mode) <= 3 and {*mode} & {*"wax+"} for mode in modes)
 
 
