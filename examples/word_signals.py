@@ -72,7 +72,7 @@ of an action by the town's law, the best that is possible without feedback.
 """
 
 
-class Place(NamedTuple):
+class OneMove(NamedTuple):
     """Where one decision is made: an environment, and which of its worlds take part."""
 
     id: str
@@ -86,14 +86,14 @@ class Place(NamedTuple):
 
 
 PLACES = {
-    "gridworld": Place(
+    "gridworld": OneMove(
         "llf-gridworld-v0", {"num_rooms": 6, "num_objects": 0, "min_goal_dist": 1}, _house, _house_shares, 12
     ),
-    "bandits": Place(
+    "bandits": OneMove(
         "llf-bandits-BanditTenArmedUniformDistributedReward-v0", {"arms": 4}, shares=_arm_shares, longest=12
     ),
-    "movies": Place("llf-reco-movie-v0", {}),
-    "alfworld": Place("llf-alfworld-v0", {}),
+    "movies": OneMove("llf-reco-movie-v0", {}),
+    "alfworld": OneMove("llf-alfworld-v0", {}),
 }
 """By name. In a town the law makes the right action of the first two follow from what is seen."""
 
