@@ -31,8 +31,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from _teacher_seats import ADVICE, SETTING, TRIAL, Policy, accompanied, keywords, look, near_mistakes
 from search_a_teacher import CASES, LEARNED, NEAR, Line, Weighed, listed, over_trainings, read
-from teacher_seats import ADVICE, SETTING, TRIAL, Policy, accompanied, keywords, look, near_mistakes
 
 import llf_teacher
 from llf_teacher.studies.analysis.statistics import Difference, holm, mean_interval, paired_differences

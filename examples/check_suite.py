@@ -40,12 +40,12 @@ DEFECTS = {
     "warnings": ("skims(kinds='fn', p={})", (1 / 3, 2 / 3, 1)),
     "praise": ("skims(kinds='hp', p={})", (1 / 3, 2 / 3, 1)),
     "blame": ("skims(kinds='hn', p={})", (1 / 3, 2 / 3, 1)),
-    "hints": ("defects:MissesHints(p={})", (1 / 3, 2 / 3, 1)),
-    "silence": ("defects:ForgetsInSilence(p={})", (0.05, 0.2, 1)),  # in each of ten turns
-    "recall": ("defects:ForgetsLessons(p={})", (1 / 3, 2 / 3, 1)),
-    "rules": ("defects:MissesRules(p={})", (1 / 3, 2 / 3, 1)),
-    "voice": ("defects:MissesTone(p={})", (1 / 3, 2 / 3, 1)),
-    "truisms": ("defects:Distracted(p={})", (1 / 3, 2 / 3, 1)),
+    "hints": ("_defects:MissesHints(p={})", (1 / 3, 2 / 3, 1)),
+    "silence": ("_defects:ForgetsInSilence(p={})", (0.05, 0.2, 1)),  # in each of ten turns
+    "recall": ("_defects:ForgetsLessons(p={})", (1 / 3, 2 / 3, 1)),
+    "rules": ("_defects:MissesRules(p={})", (1 / 3, 2 / 3, 1)),
+    "voice": ("_defects:MissesTone(p={})", (1 / 3, 2 / 3, 1)),
+    "truisms": ("_defects:Distracted(p={})", (1 / 3, 2 / 3, 1)),
     "turncoat": ("capitulates(after={})", (4, 2, 0)),
 }
 """By ability the trait that takes it away, and three strengths, the weakest first."""

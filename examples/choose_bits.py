@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from _teacher_seats import TRIAL
 from beside_a_rule import FINAL, LIFETIMES, judge
-from teacher_seats import TRIAL
 
 import llf_teacher
 from llf_teacher.studies.analysis.statistics import mean_interval

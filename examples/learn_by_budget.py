@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from _teacher_seats import SETTING, TRIAL, Policy, accompanied, near_mistakes
 from learn_to_teach import learner, policy_of, torch, train  # says what to install if torch is missing
-from teacher_seats import SETTING, TRIAL, Policy, accompanied, near_mistakes
 from teaching_on_a_budget import Setting
 
 from llf_teacher.gym.lifetime_statistics import FIELDS

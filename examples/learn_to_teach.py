@@ -15,11 +15,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from _teacher_seats import SETTING, TRIAL, Policy, Seats, accompanied, near_mistakes
 from gymnasium import Env
 from gymnasium.spaces import Box, Discrete
 from rich.console import Console
 from rich.progress import Progress
-from teacher_seats import SETTING, TRIAL, Policy, Seats, accompanied, near_mistakes
 from teaching_on_a_budget import TEACHERS, Setting, lifetime
 
 from llf_teacher.gym.lifetime_statistics import FIELDS

@@ -1,7 +1,7 @@
 """A teacher that begins with a rule and searches on, in many cases: budgets, students, worlds, numbers it cannot see.
 
 The teacher is a weighted sum of what it sees, and speaks where that is positive. It begins as the best rule of nearness
-(`near_mistakes` of `teacher_seats.py`), and CMA-ES (Hansen 2016) varies the weights: each generation is tried on the
+(`near_mistakes` of `_teacher_seats.py`), and CMA-ES (Hansen 2016) varies the weights: each generation is tried on the
 same lifetimes, and the next one drawn around what wasted least. A training ends on a line of a file, which a second run
 goes on with. Prints tables of what the file has. Needs the extra `learn`:
 
@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from _teacher_seats import SETTING, TRIAL, Policy, Seats, accompanied, lived, near_mistakes
 from scipy import stats
-from teacher_seats import SETTING, TRIAL, Policy, Seats, accompanied, lived, near_mistakes
 from teaching_on_a_budget import SETTINGS, Setting
 
 from llf_teacher.gym.lifetime_statistics import FIELDS

@@ -112,9 +112,10 @@ class Registered(Subject):
 
     @property
     def summary(self) -> str:  # type: ignore[override]  # likewise
-        """The first line of the environment's own documentation, without headings."""
-        lines = (inspect.getdoc(self._creator) or "").splitlines()
-        return next((text for line in lines if (text := line.strip()) and not text.startswith("#")), "")
+        """The first sentence of the environment's own documentation, without headings and links."""
+        paragraphs = re.split(r"\n\s*\n", re.sub(r"^#.*$", "", inspect.getdoc(self._creator) or "", flags=re.MULTILINE))
+        text = next((" ".join(words) for each in paragraphs if (words := each.split())), "")
+        return re.split(r"(?<=[.!?])\s", re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", text), maxsplit=1)[0]
 
     def options(self) -> tuple[str, ...]:
         """The names of the world's options; those of a base class count if the class passes arguments on to it."""

@@ -75,7 +75,8 @@ class Settings:
 
     teacher: "str | Personality | Teacher | Any" = "oracle"
     """A personality's spec string, a `Personality` or a `Teacher`, which brings the next four along. In the student's
-    environments also any policy with `reset(rng)` and `act(observation, info)` for the teacher's seat.
+    environments also any policy with `reset(rng)` and `act(observation, info)` for the teacher's seat, and its spec
+    string, such as `my_package.my_module:MyPolicy` or `llm_teacher(model='...')`.
     """
     instruction_type: str = "b"
     """`b` basic, `p` with hindsight on some tried actions, `c` complete."""
@@ -131,7 +132,8 @@ class Settings:
     """None, `ansi`, `rgb_array` or `human`, a window."""
     privileged_info: bool = False
     """Show the truth in frames, and whether each claim holds; in the student's environments also put the `moment` into
-    the info, and `changes`, the numbers and names that a rewriting voice changed.
+    the info, and `true`, a tuple beside `atoms`: whether each is true (None: neither, or it cannot be checked), and
+    `changes`, the numbers and names that a rewriting voice changed.
     """
     theme: str = "light"
     """The theme of frames: `light` or `dark`."""

@@ -19,8 +19,15 @@ WorldT = TypeVar("WorldT", bound=World[Any], default=Any)
 """The class of a world; `World[Any]` by default."""
 
 
+_WORDS = {"r": "reward", "hp": "praise", "hn": "blame", "fp": "advice", "fn": "warning"}
+
+
 class FeedbackType(StrEnum):
-    """The five kinds of feedback of the LLF paper, in speaking order."""
+    """The five kinds of feedback of the LLF paper, in speaking order.
+
+    A kind is its code as a string; it equals its word, too, and both name it: `FeedbackType("praise")` is `HP`. Its
+    hash is that of the code, so that a set or a dictionary of strings finds it by the code alone.
+    """
 
     R = "r"
     """How well it went: the reward."""
@@ -32,6 +39,23 @@ class FeedbackType(StrEnum):
     """Future positive: what to do next."""
     FN = "fn"
     """Future negative: what to avoid next."""
+
+    @property
+    def word(self) -> str:
+        """The kind in a word, as reports and pages say it."""
+        return _WORDS[self]
+
+    @classmethod
+    def _missing_(cls, value: object) -> "FeedbackType | None":
+        return next((kind for kind in cls if kind.word == value), None)
+
+    def __eq__(self, other: object) -> bool:
+        return self is other or str.__eq__(self, other) is True or (type(other) is str and other == self.word)
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
+
+    __hash__ = str.__hash__
 
 
 KINDS = tuple(FeedbackType)
@@ -319,7 +343,7 @@ def _checked(holds: Callable[..., bool]) -> Callable[..., bool]:
     return check
 
 
-_PLAIN = frozenset((bool, int, float, str, type(None)))
+_PLAIN = frozenset((bool, int, float, str, type(None), FeedbackType))  # a kind equals its word, which says the same
 
 
 def _has_odd(values: tuple[Any, ...]) -> bool:

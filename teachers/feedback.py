@@ -15,8 +15,8 @@ BIT = {kind: 1 << i for i, kind in enumerate(KINDS)}
 """Per kind the number of the subset that contains only this kind."""
 ALL, NONE, MIXED = "a", "n", "m"
 _ALLOWED = (
-    "'a' (all), 'n' (none), 'm' (a random subset each turn), or kinds among r, hp, hn, fp, fn "
-    "as one string joined by '+', a set, a list or a tuple"
+    "'a' (all), 'n' (none), 'm' (a random subset each turn), or kinds among r, hp, hn, fp, fn, by code or by word "
+    "(reward, praise, blame, advice, warning), as one string joined by '+', a set, a list or a tuple"
 )
 
 

@@ -3,7 +3,7 @@
 import copy
 import sys
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Set
+from collections.abc import Callable, Sequence, Set
 from functools import cached_property
 from typing import Any, ClassVar, Generic, Self
 
@@ -244,6 +244,13 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
         action = lab.legal(action)
         _, reward, _, _, info = lab.advance(action)
         return Moment(moment.after, action, reward, lab.truth, info["success"], moment.turn + 1, False)
+
+    def texts_at_hand(self, claim: type[Claim], field: str, moment: Moment[TruthT]) -> Sequence[str]:
+        """Texts that a claim of a class can have in a field, as far as the student can know them; empty: any text.
+
+        They bound what a language model in the teacher's seat can say.
+        """
+        return ()
 
     def falsehoods(self, claim: Claim, moment: Moment[TruthT]) -> list[Claim]:
         """Every counterpart of a claim that is false, by its check."""

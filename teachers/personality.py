@@ -408,17 +408,14 @@ PERSONALITIES = Registry("personality", Personality, personalities)
 
 
 def parse_personality(spec: str | Personality) -> Personality:
-    """The personality that a spec string describes.
+    """The personality that a spec string describes; `package.module:Class` imports a user's own.
 
     Raises:
         ValueError: a name or parameter is unknown, or the syntax is wrong; the message says what is allowed.
     """
-    if isinstance(spec, Personality):
-        return spec
-    try:
-        stages = PERSONALITIES.parse(spec)
-    except ValueError as error:
-        if not isinstance(spec, str) or ":" not in spec:
-            raise
-        raise ValueError(f"{error}; studies and suites import `module:Class`, here give the object itself") from error
-    return stages[0] if len(stages) == 1 else Pipeline(stages)
+    return spec if isinstance(spec, Personality) else in_turn(PERSONALITIES.parse(spec))
+
+
+def in_turn(stages: Sequence[Personality]) -> Personality:
+    """The personality that applies some personalities, from left to right."""
+    return stages[0] if len(stages) == 1 else Pipeline(tuple(stages))

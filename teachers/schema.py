@@ -60,20 +60,27 @@ class Vocabulary:
     Args:
         claims: the classes of a family. If a class of all families has the same name, it is called `common.Name`.
         oracle: its lab checks actions; None checks only their form.
+        kinds: the kinds that the student hears, which `schema` and `listing` have by default.
     """
 
-    def __init__(self, claims: Iterable[type[Claim]], oracle: Oracle | None = None) -> None:
+    def __init__(
+        self,
+        claims: Iterable[type[Claim]],
+        oracle: Oracle | None = None,
+        kinds: Iterable[FeedbackType] = tuple(FeedbackType),
+    ) -> None:
         own = {cls.__name__: cls for cls in claims if _can_be_said(cls)}
         shared = [cls for cls in claims_of("teachers.common") if _can_be_said(cls)]
         also = {f"common.{cls.__name__}" if cls.__name__ in own else cls.__name__: cls for cls in shared}
         self.classes: dict[str, type[Claim]] = own | also
         """The classes by their names."""
-        self._oracle = oracle
+        self.oracle = oracle
+        self.kinds = frozenset(kinds)
 
     @classmethod
-    def of(cls, oracle: Oracle) -> "Vocabulary":
-        """The vocabulary of an oracle."""
-        return cls(oracle.claims(), oracle)
+    def of(cls, oracle: Oracle, kinds: Iterable[FeedbackType] = tuple(FeedbackType)) -> "Vocabulary":
+        """The vocabulary of an oracle; `kinds` as for the class."""
+        return cls(oracle.claims(), oracle, kinds)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Vocabulary) and other.classes == self.classes
@@ -81,16 +88,17 @@ class Vocabulary:
     __hash__ = None  # type: ignore[assignment]  # it is mutable
 
     @property
-    def _world(self) -> World[Any] | None:
-        return None if self._oracle is None else self._oracle.lab
+    def world(self) -> World[Any] | None:
+        """The oracle's lab; None without an oracle."""
+        return None if self.oracle is None else self.oracle.lab
 
     @cached_property
     def _names(self) -> dict[type[Claim], str]:
         return {cls: name for name, cls in self.classes.items()}
 
-    def schema(self, kinds: Iterable[str] = tuple(FeedbackType)) -> dict[str, Any]:
-        """The JSON Schema of a message with claims of some kinds."""
-        wanted = set(kinds)
+    def schema(self, kinds: Iterable[str] | None = None) -> dict[str, Any]:
+        """The JSON Schema of a message with claims of some kinds, by default the vocabulary's."""
+        wanted = self.kinds if kinds is None else set(kinds)
         forms = [self.schema_of(name) for name, cls in self.classes.items() if cls.kind in wanted]
         claims = {"type": "array", "maxItems": MOST_CLAIMS, "items": {"anyOf": forms}}
         text = {"type": "string", "maxLength": LONGEST_TEXT, "description": "The claims in words of your own."}
@@ -108,14 +116,14 @@ class Vocabulary:
         properties = {field: form.schema for field, form in forms.items()}
         if issubclass(cls, PlanClaim):
             properties["actions"] = {**properties["actions"], "minItems": 1}
-        if self._world is not None:
-            for field in _actions_of(cls):
-                properties[field] = {**properties[field], "description": self._world.action_syntax}
+        if self.world is not None:
+            for field in actions_of(cls):
+                properties[field] = {**properties[field], "description": self.world.action_syntax}
         return {
             "type": "object",
             "description": f"{cls.kind}: {' '.join(cleandoc(cls.__doc__ or '').split())}",
             "properties": {TYPE: {"const": name}, **properties},
-            "required": [TYPE, *(field for field in forms if not _may_lack(cls, field))],
+            "required": [TYPE, *(field for field in forms if not may_lack(cls, field))],
             "additionalProperties": False,
         }
 
@@ -151,7 +159,7 @@ class Vocabulary:
         forms = _forms(cls)
         given = {key: value for key, value in data.items() if key != TYPE}
         if moment is not None and moment.before is not None:
-            given |= {field: moment.action for field in forms if field not in given and _may_lack(cls, field)}
+            given |= {field: moment.action for field in forms if field not in given and may_lack(cls, field)}
         for key in given:
             if key not in forms:
                 raise ValueError(f"{name} has no field {_shown(key)}; its fields: {', '.join(forms) or 'none'}")
@@ -160,8 +168,8 @@ class Vocabulary:
         values = {field: self._value(f"{name}.{field}", form, given[field]) for field, form in forms.items()}
         if issubclass(cls, PlanClaim) and not values["actions"]:
             raise ValueError(f"{name}.actions must be at least one action, got none")
-        if self._world is not None:
-            for field in _actions_of(cls):
+        if self.world is not None:
+            for field in actions_of(cls):
                 values[field] = self._legal(f"{name}.{field}", values[field])
             if issubclass(cls, PlanClaim):
                 values["actions"] = tuple(self._legal(f"{name}.actions", each) for each in values["actions"])
@@ -175,12 +183,12 @@ class Vocabulary:
             raise ValueError(f"{where} must be {form.allowed}, got {_shown(value)}") from None
 
     def _legal(self, where: str, action: Any) -> Any:
-        assert self._world is not None  # noqa: S101  # the caller has looked
+        assert self.world is not None  # noqa: S101  # the caller has looked
         try:
-            named = self._world.read(action) if isinstance(action, str) else None
-            return self._world.legal(action if named is None else named)
+            named = self.world.read(action) if isinstance(action, str) else None
+            return self.world.legal(action if named is None else named)
         except (TypeError, ValueError, OverflowError):
-            raise ValueError(f"{where} must be {self._world.action_syntax}, got {_shown(action)}") from None
+            raise ValueError(f"{where} must be {self.world.action_syntax}, got {_shown(action)}") from None
 
     def read(self, message: Any, moment: Moment[Any] | None = None) -> Message:
         """Read a message: an object with a list `claims` and a `text`; both are optional."""
@@ -216,13 +224,20 @@ class Vocabulary:
         Raises:
             ValueError: it cannot be checked, or there is no oracle.
         """
-        if self._oracle is None:
+        if self.oracle is None:
             raise ValueError("a claim can be checked only by an oracle; make the vocabulary by Vocabulary.of(oracle)")
-        return holds(claim, moment, self._oracle)
+        return holds(claim, moment, self.oracle)
 
-    def listing(self, kinds: Iterable[str] = tuple(FeedbackType)) -> str:
-        """The classes of some kinds for a prompt, one a line: name, fields, and when its claims are true."""
-        wanted = set(kinds)
+    def texts_at_hand(self, claim: type[Claim], field: str, moment: Moment[Any]) -> Sequence[str]:
+        """Texts that a claim can have in a field at a moment; empty: any text. See `Oracle.texts_at_hand`."""
+        return () if self.oracle is None else self.oracle.texts_at_hand(claim, field, moment)
+
+    def listing(self, kinds: Iterable[str] | None = None) -> str:
+        """The classes of some kinds for a prompt, one a line: name, fields, and when its claims are true.
+
+        The kinds are by default the vocabulary's.
+        """
+        wanted = self.kinds if kinds is None else set(kinds)
         lines = []
         for name, cls in self.classes.items():
             if cls.kind in wanted:
@@ -309,7 +324,7 @@ def _can_be_said(cls: type[Claim]) -> bool:
     return isinstance(cls.kind, FeedbackType) and not cls.tried and not cls.placebo and cls.within is Claim.within
 
 
-def _actions_of(cls: Any) -> list[str]:
+def actions_of(cls: Any) -> list[str]:
     """The fields that hold an action."""
     return [
         field.name
@@ -318,7 +333,7 @@ def _actions_of(cls: Any) -> list[str]:
     ]
 
 
-def _may_lack(cls: type[Claim], field: str) -> bool:
+def may_lack(cls: type[Claim], field: str) -> bool:
     """Whether JSON may omit a field: the student's own action, which the moment gives."""
     return field == "action" and issubclass(cls, ActionClaim) and cls.kind in (HP, HN)
 

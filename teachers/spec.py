@@ -1,6 +1,7 @@
 """Spec strings such as `mistake(eps=0.1) | delayed(turns=2)`: frozen values as text."""
 
 import ast
+import contextlib
 import dataclasses
 import difflib
 import importlib
@@ -47,8 +48,8 @@ Worlds = Annotated[int, Range(1, 100_000)]
 class Spec:
     """A frozen dataclass named like its module; `str` gives its spec string.
 
-    A class outside `package` keeps its Python name; `str` shows it, but spec strings cannot name it. Fields annotated
-    with a `Range` and fields of type `bool` are checked; None passes in a field of `float | None`.
+    A class outside `package` keeps its Python name; spec strings name it with its module, as in `moods:Grudge`. Fields
+    annotated with a `Range` and fields of type `bool` are checked; None passes in a field of `float | None`.
     """
 
     package: ClassVar[str] = ""
@@ -59,6 +60,13 @@ class Spec:
         """The name in spec strings; outside `package` the name of the class."""
         package, _, module = type(self).__module__.rpartition(".")
         return module if package == self.package else type(self).__name__
+
+    @property
+    def _path(self) -> str:
+        """The name with the module of a class outside `package`; a class within a function has no other name."""
+        cls = type(self)
+        inside = cls.__module__.rpartition(".")[0] == self.package or not cls.__qualname__.isidentifier()
+        return self.name if inside else f"{cls.__module__}:{cls.__qualname__}"
 
     def __post_init__(self) -> None:
         for name, kind, bounds in self._checked():
@@ -86,7 +94,7 @@ class Spec:
 
     def __str__(self) -> str:
         values = {field.name: (getattr(self, field.name), field.default) for field in dataclasses.fields(self)}
-        return call_string(self.name, {name: value for name, (value, default) in values.items() if value != default})
+        return call_string(self._path, {name: value for name, (value, default) in values.items() if value != default})
 
 
 S = TypeVar("S", bound=Spec)
@@ -209,11 +217,7 @@ class Registry(Generic[S]):
             raise ValueError(
                 f"the {self._what} {name!r} cannot be imported: {type(error).__name__}: {error}; mend {where}"
             ) from error
-        found = [
-            value
-            for value in vars(module).values()
-            if isinstance(value, type) and issubclass(value, self._base) and value.__module__ == module.__name__
-        ]
+        found = [value for value in vars(module).values() if self._fits(value) and value.__module__ == module.__name__]
         if len(found) != 1:
             base, names = self._base.__name__, ", ".join(cls.__name__ for cls in found) or "none"
             raise ValueError(
@@ -225,23 +229,37 @@ class Registry(Generic[S]):
     @property
     def expected(self) -> str:
         """The form of its spec strings, for messages."""
-        return f"names with keyword arguments, such as `name` or `name(key=value)`; names: {', '.join(self.names)}"
+        return (
+            "names with keyword arguments, such as `name`, `name(key=value)` or `package.module:Class(key=value)`; "
+            f"names: {', '.join(self.names)}"
+        )
 
     def parse(self, text: str) -> tuple[S, ...]:
-        """The specs of a string, separated by `|`; no module outside the package is imported.
+        """The specs of a string, separated by `|`.
 
         Raises:
             ValueError: bad syntax, or a name, a parameter or a value is not allowed.
         """
-        return tuple(map(self.make, parse_calls(self._what, text, self.expected)))
+        return tuple(map(self.make, parse_calls(self._what, text, self.expected, prefixes=1)))
 
     def make(self, call: SpecCall) -> S:
-        """The spec of a call without a prefix.
+        """The spec of a call; with a prefix, of a user's own class, whose module is imported.
 
         Raises:
-            ValueError: the name, a parameter or a value is not allowed.
+            ValueError: the name, a parameter or a value is not allowed, or the module has no such class.
         """
-        return call.make(self._what, self[call.name])
+        if not call.prefix:
+            return call.make(self._what, self[call.name])
+        module, cls = call.imported(self._what)
+        if not self._fits(cls):
+            names = [name for name, each in vars(module).items() if self._fits(each) and each is not self._base]
+            where = f"{self._what} in {module.__name__}"
+            raise ValueError(f"{self._what} {call.path!r}: {unknown(where, call.name, names)}")
+        return call.make(self._what, cls)
+
+    def _fits(self, value: Any) -> TypeGuard[type[S]]:
+        """Whether it is a class of the registry's kind."""
+        return isinstance(value, type) and issubclass(value, self._base)
 
 
 _TOKEN = re.compile(
@@ -286,6 +304,22 @@ def parse_calls(what: str, text: Any, expected: str, prefixes: int = 0) -> tuple
     except (SyntaxError, ValueError, TypeError, RecursionError, MemoryError):
         raise bad_spec(what, text, expected) from None
     return tuple(calls)
+
+
+def paths_in(spec: str) -> list[str]:
+    """The users' own classes and functions that a spec string names, as `module:name`; also in specs as arguments.
+
+    Raises:
+        ValueError: the text is not the form of a spec string.
+    """
+    found = []
+    for call in parse_calls("teacher or student", spec, "the spec of a teacher or a student", prefixes=2):
+        found += [call.path] if call.prefix else []
+        for value in call.arguments.values():
+            if isinstance(value, str):
+                with contextlib.suppress(ValueError):  # not a spec, but any text
+                    found += paths_in(value)
+    return found
 
 
 def parse_call(what: str, text: Any, expected: str, prefixes: int = 0) -> SpecCall:

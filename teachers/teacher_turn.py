@@ -217,16 +217,17 @@ class TeacherTurn:
     @cached_property
     def vocabulary(self) -> Vocabulary:
         """The claims that a message can have."""
-        return Vocabulary.of(self.teacher.oracle)
+        return Vocabulary.of(self.teacher.oracle, self.teacher.kinds)
 
     def compose(self, message: Message) -> str:
-        """Put a message of claims into words, its own or the voice's, after the notices, which are always said.
+        """Put a message of claims into words, its own or the voice's, after instruction and notices.
 
         Leaves out claims that cannot be made, checked or worded, with the reasons in `unbuilt`, and claims that
         feedback type and budget do not allow. If the latter leave out a claim, the voice words the rest.
         """
         moment, teacher = self.moment, self.teacher
-        notices = [claim for claim in (*self._brief, *self.claims()) if claim.kind is None]
+        notices = [claim for claim in self.claims() if claim.kind is None]
+        notices[:0] = self._brief
         problems, made, left = [*message.problems], [], LONGEST // 2  # the rest is for notices, or for its own words
         for claim in message.claims:
             try:

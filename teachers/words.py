@@ -23,9 +23,7 @@ __all__ = [
     "type_words",
 ]
 
-KIND_WORDS: dict[FeedbackType | None, str] = dict(
-    zip((*KINDS, None), ("reward", "praise", "blame", "advice", "warning", "instruction"), strict=True)
-)
+KIND_WORDS: dict[FeedbackType | None, str] = dict([*((kind, kind.word) for kind in KINDS), (None, "instruction")])
 """The word of each kind; the key None has the word for claims of no kind."""
 _MEANINGS = (
     "reward (r): how well it went",

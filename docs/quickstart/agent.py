@@ -62,8 +62,8 @@ for turn in range(1, 6):
         break
 
 # %% [markdown]
-# `feedback_type="a"` lets the teacher say all five kinds of feedback: the reward (`r`), what was good or bad (`hp`, `hn`), what
-# to do or to avoid next (`fp`, `fn`). `"hn"` would be blame alone, and `"n"` nothing.
+# `feedback_type="a"` lets the teacher say all five kinds of feedback: the reward (`r`), praise and blame (`hp`, `hn`), advice and
+# a warning (`fp`, `fn`). `"blame"` or `"hn"` would be blame alone, and `"n"` nothing.
 #
 # ## What is it worth to be told, and which words?
 #

@@ -16,6 +16,7 @@
 
 # %%
 import os
+from pathlib import Path
 
 import numpy as np
 
@@ -167,6 +168,9 @@ compared.set(
     xlabel="moves wasted an episode, new lifetimes",
     xlim=(0, None),
 )
+file = Path("quickstart-learning.png").resolve()
+figure.savefig(file, dpi=150)
+print(f"Figure: {file}")
 plt.show()
 
 # %% [markdown]

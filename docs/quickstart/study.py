@@ -29,8 +29,7 @@ study = Study(
     students=["text_only"],  # it reads the words, and believes them
     seeds=SEEDS,
 )
-folder = Path(tempfile.mkdtemp())
-results = run(study, folder / "study.db", workers=1)
+results = run(study, Path(tempfile.mkdtemp()) / "study.db", workers=1)
 print(results)
 
 # %% [markdown]
@@ -81,18 +80,21 @@ for axis, (family, unit) in zip(axes, units.items(), strict=True):
         axis.plot(saved.mean, teacher, "o", color="tab:blue")
     axis.set(title=family, xlabel=f"{unit} saved beside silence, an episode")
     axis.set(xlim=(0, None), ylim=(-0.5, 2.5))
+file = Path("quickstart-study.png").resolve()
+figure.savefig(file, dpi=150)
+print(f"Figure: {file}")
 plt.show()
 
 # %% [markdown]
 # ## The report
 #
 # `results.report()` shows the whole report in a notebook: findings with a test that was declared before, tables with
-# intervals, and transcripts in which each sentence is marked true or false. Here it goes to a file.
+# intervals, and transcripts in which each sentence is marked true or false. Here it goes to a file, beside the figure.
 
 # %%
-report = folder / "report.html"
+report = Path("quickstart-study.html").resolve()
 report.write_text(results.report().html, encoding="utf-8")
-print(f"{report.name}: {report.stat().st_size // 1000} kB")
+print(f"Report: {report}")
 
 # %% [markdown]
 # The same study as a file for the command line is ten lines of TOML: see [If you study what feedback does](../study-feedback.md).

@@ -1,6 +1,6 @@
 """Do late words cost a student more, or wrong ones? A question of ours: two turns late, or wrong in three of ten.
 
-Declared before, as `primary` of the study `late_or_wrong.toml`: the late teacher beside the wrong one, over all
+Declared before, as `compare` of the study `late_or_wrong.toml`: the late teacher beside the wrong one, over all
 families; each family is tested too, with Holm's correction. A seed's score is its regret with the late teacher less
 that with the wrong one, over the sum of both mean regrets in the family: above 0 late words cost more, below 0 wrong
 ones. Over all families it is the mean of their scores.
@@ -70,6 +70,19 @@ def lines(rows: list[dict[str, Any]]) -> list[Line]:
     ]
 
 
+def verdict(found: list[Line], seeds: int) -> str:
+    """What costs more over all families, and in how many of them, each by its test at 0.05."""
+
+    def side(line: Line) -> str:
+        return "open" if not line.p <= 0.05 else "late" if line.score.mean > 0 else "wrong"
+
+    whole, *families = found
+    words = {"late": "late words cost more", "wrong": "wrong words cost more", "open": "open"}[side(whole)]
+    sides = [side(line) for line in families]
+    number = ", ".join(f"{each} in {sides.count(each)}" for each in ("late", "wrong", "open") if each in sides)
+    return f"Verdict: {words} over all families (score {whole.score.text(2)}, {seeds} seeds); of families {number}"
+
+
 def draw(found: list[Line], path: Path) -> None:
     """A dot a row with its interval; a hollow dot has none."""
     from matplotlib.figure import Figure
@@ -114,6 +127,7 @@ def main() -> None:
         regrets = "|  |  |" if line.name == ALL else f"| {line.late:.2f} | {line.wrong:.2f} |"
         p = "< 0.001" if line.p < 0.001 else f"{line.p:.3f}"
         print(f"| {line.name} {regrets} {line.score.text(2)} | {p} |")
+    print(f"\n{verdict(found, len(study.seeds))}")
     if given.plot:
         draw(found, given.plot)
 

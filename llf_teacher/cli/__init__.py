@@ -25,7 +25,8 @@ InstructionType = Annotated[
     str, typer.Option(help="Instruction: b (basic), p (with feedback on past actions) or c (complete).")
 ]
 FeedbackType = Annotated[
-    str, typer.Option(help="Feedback: a (all), n (none), m (random kinds in each turn), or kinds such as r+hp.")
+    str,
+    typer.Option(help="Feedback: a (all), n (none), m (random kinds in each turn), or kinds such as praise+blame."),
 ]
 MaxTurns = Annotated[int | None, typer.Option(help="Most turns of the episode; by default those of the environment.")]
 WorldOptions = Annotated[

@@ -43,7 +43,8 @@ def audit(
     teacher: Annotated[
         list[str] | None,
         typer.Option(
-            help="Spec of a personality, or a pattern such as '*_focused'; repeat it for several. By default oracle."
+            help="Spec of a teacher, also module:Class, or a pattern such as '*_focused'; repeat it for several. By "
+            "default oracle."
         ),
     ] = None,
     turns: Annotated[int, typer.Option(min=1, help="Turns for each environment and teacher.")] = 1000,
@@ -80,16 +81,22 @@ def audit(
     if by_claim and not bits:
         raise ValueError("--by-claim prints how much the claims of each class say; give --bits too, as in --bits 256")
     from llf_teacher import registry
-    from teachers.personality import PERSONALITIES, parse_personality
+    from llf_teacher.speakers.parsing import needed_of, parse_teacher
+    from llf_teacher.speakers.speaker import Speaker
+    from teachers.personality import PERSONALITIES
 
-    search_here()  # for `module:function`
+    search_here()  # for `module:function` and `module:Class`
     _voice(voice)
     options = read_options(option)
     if not ids:
         print_missing()
         ids = [id for id in registry.ids() if not registry.entry(id).family.missing()]
     chosen = _matching(ids, registry.ids(), lambda id: registry.entry(id).id)
-    specs = _matching(teacher or ["oracle"], PERSONALITIES.names, lambda spec: str(parse_personality(spec)))
+    specs = _matching(teacher or ["oracle"], PERSONALITIES.names, lambda spec: str(parse_teacher(spec)))
+    taught = {spec: parse_teacher(spec) for spec in specs}
+    for each in taught.values():
+        if isinstance(each, Speaker):
+            each.check(os.environ)
     console = Console(emoji=False, stderr=True)
     jobs = []
     left_out: dict[str, dict[str, None]] = {}
@@ -100,7 +107,7 @@ def audit(
             raise ValueError(f"{id} has no option {unknown[0]}; allowed: {', '.join(family.options()) or 'none'}")
         if bits and not family.posterior:
             unmeasured[family.name] = None
-        elif family.serves(spec, **{**family.posterior_needs, **options}):
+        elif family.serves(needed_of(taught[spec]), **{**family.posterior_needs, **options}):
             jobs.append((id, spec, turns, feedback_type, voice, bits, options))
         else:
             left_out.setdefault(family.name, {})[spec] = None

@@ -18,7 +18,7 @@ def film(
     id: Annotated[str, typer.Argument(help="Environment, as `llf list` shows it.", autocompletion=complete_id)],
     path: Annotated[Path, typer.Argument(help="File to write: .gif, .webp, or, with the extra `film`, .mp4.")],
     teacher: Annotated[
-        str, typer.Option(help="Spec of the teacher's personality.", autocompletion=complete_teacher)
+        str, typer.Option(help="Spec of the teacher, also module:Class.", autocompletion=complete_teacher)
     ] = "oracle",
     student: Annotated[str, typer.Option(help="Spec of the student.", autocompletion=complete_student)] = "obedient",
     instruction_type: cli.InstructionType = "b",

@@ -16,6 +16,7 @@ from llf_teacher import cli
 from llf_teacher.cli import complete_id, complete_student, complete_teacher, read_options, search_here
 from llf_teacher.escaping import escape_control_chars
 from llf_teacher.models.replies import LENGTH
+from llf_teacher.speakers.speaker import FAULTS
 from llf_teacher.theme.turns import prepare_turns
 from pz_envs.seats import STUDENT, TEACHER
 from teachers.atoms import KINDS, ParseFailure
@@ -69,8 +70,8 @@ def play(
     teacher: Annotated[
         str,
         typer.Option(
-            help="Spec of the teacher's personality; in the teacher's seat, of the one that offers you claims. To "
-            "watch, also llm_teacher(...) or module:factory.",
+            help="Spec of the teacher's personality, also module:Class; in the teacher's seat, of the one that offers "
+            "you claims. To watch, also llm_teacher(...) or module:factory.",
             autocompletion=complete_teacher,
         ),
     ] = "oracle",
@@ -105,7 +106,8 @@ def play(
 
     `undo` takes a turn back, `?` or `help` shows the rules. `q`, `quit`, `exit` or Ctrl-D leaves; where `q` may be an
     answer, type `:q`. A text that is not an action, or not an action that the world lists, costs no turn. An empty line
-    ends a text of several lines and is ignored elsewhere. Set NO_COLOR to switch colours off.
+    ends a text of several lines and is ignored elsewhere. At the end you see which sentences were false. Set NO_COLOR
+    to switch colours off.
     """
     if seat is None:
         seat = "student" if student is None else "none"
@@ -130,6 +132,7 @@ def play(
         given = {"instruction_type": instruction_type, "feedback_type": feedback_type, "max_turns": max_turns}
         _watch(console, id, student or "", teacher, seed, given | read_options(option))
         return
+    lesson = None
     try:
         with Waiting(f"Preparing {id}"):
             lesson = _lesson(
@@ -153,7 +156,7 @@ def play(
                 raise ValueError(lesson.unmeasured)
             _teach(console, lesson)
     except (EOFError, KeyboardInterrupt):
-        console.print("\nYou left the episode.")
+        _say_left(console, *((lesson.rows, lesson.family.name) if lesson else ((), "")))
 
 
 def _lesson(
@@ -162,6 +165,7 @@ def _lesson(
     """A lesson with a person in a seat."""
     from llf_teacher.episodes.live import LiveLesson
     from llf_teacher.registry import entry
+    from llf_teacher.speakers.parsing import with_teacher
     from llf_teacher.students.parsing import parse_student
     from pz_envs.settings import Settings
 
@@ -177,6 +181,7 @@ def _lesson(
         options={**found.options, **(found.family.posterior_needs if worlds else {}), **options},
         **settings,
     )
+    lesson = with_teacher(lesson, policies=False)
     return LiveLesson(found, lesson, seed, frozenset((TEACHER if teaches else STUDENT,)), player, worlds)
 
 
@@ -193,10 +198,9 @@ def _watch(
     from llf_teacher.episodes.recorder import Recorder
     from llf_teacher.gym import StudentEnv
     from llf_teacher.models import LLMError
-    from llf_teacher.speakers.parsing import NOBODY, PHRASES, speaks_freely
+    from llf_teacher.speakers.parsing import NOBODY, PHRASES, parse_teacher, speaks_freely
     from llf_teacher.speakers.speaker import Speaker
     from llf_teacher.students.parsing import parse_student
-    from llf_teacher.studies.definition.custom_specs import arguments_of, parse_teacher
 
     search_here()
     player, taught = parse_student(student), parse_teacher(teacher)
@@ -204,7 +208,7 @@ def _watch(
     if isinstance(taught, Speaker):
         taught.check(os.environ)
     with Waiting(f"Preparing {id}"):
-        env = StudentEnv(id, **settings | arguments_of(taught, settings["feedback_type"]), text=player.text)
+        env = StudentEnv(id, **settings, teacher=taught, text=player.text)
         policy = player.seat(env.family, env.session.world)
         recorder = Recorder(env.family.name, env.student_view, env.teacher)
         recorder.read(env.family, PHRASES if speaks_freely(taught) else NOBODY)
@@ -224,14 +228,26 @@ def _watch(
     except LLMError as error:
         raise ValueError(f"{error}") from None
     except KeyboardInterrupt:
-        console.print("\nYou left the episode.")
+        _say_left(console, recorder.rows, env.family.name)
         return
     finally:
         env.close()
     last, found = recorder.rows[-1], recorder.episode(policy.reads)
     _say_result(console, last.turn, last.success, found.total_reward)
+    _say_false(console, recorder.rows, env.family.name)
     if found.truncated:
         _put(console, Text(f"{found.truncated} of {found.answers} answers were cut at max_tokens."))
+    if found.teacher_answers:
+        counts = [getattr(found, f"teacher_{fault}") for fault in FAULTS]
+        bad = "; ".join(f"{count} {words}" for words, count in zip(FAULTS.values(), counts, strict=True) if count)
+        made = f"; {_claims(found.unbuilt)} could not be made" if found.unbuilt else ""
+        seconds = (found.teacher_seconds or 0.0) / found.teacher_answers
+        said = f"The teacher's model gave {found.teacher_answers} answers: {bad or 'none with a fault'}{made}"
+        _put(console, Text(f"{said}; {seconds:.1f} s each."))
+
+
+def _claims(count: int) -> str:
+    return "1 claim" if count == 1 else f"{count} claims"
 
 
 def _show_turn(console: Console, row: "TurnRow", family: str) -> None:
@@ -250,9 +266,7 @@ def _show_turn(console: Console, row: "TurnRow", family: str) -> None:
         _put_beside(console, Text("action: ", "bold"), taken)
         console.print(f"reward: {row.reward:.4g}")
     _put_beside(console, Text("sees: ", "dim"), Text(escape_control_chars(row.observation), "dim"))
-    said: list[tuple[Any, str, VerdictWord | None]]
-    said = [(each["kind"], each["text"], verdict_of(each["label"], each.get("elsewhere"))) for each in turn["atoms"]]
-    said += [(each["kind"], each["text"], VERDICTS.get(each["label"])) for each in turn["own"]]
+    said = _sentences(turn)
     if not said and (words := row.instruction if not row.turn else row.feedback):
         said = [(None, words, None)]
     for kind, text, verdict in said:
@@ -262,7 +276,43 @@ def _show_turn(console: Console, row: "TurnRow", family: str) -> None:
         _put_beside(console, lead.append(f"[{word}]: ", style), Text(escape_control_chars(text)))
     if not said:
         console.print(Text("teacher: (says nothing)", "dim"))
+    faults = [FAULTS[fault] for fault in (row.reply or {}).get("faults", ())]
+    faults += [f"{_claims(row.unbuilt)} could not be made"] if row.unbuilt else []
+    faults += [f"{_claims(row.withheld)} withheld, since false"] if row.withheld else []
+    if row.reply and faults:
+        lead = Text(f"teacher's model ({', '.join(faults)}): ", "red")
+        _put_beside(console, lead, Text(escape_control_chars(row.reply["answer"] or "(nothing)"), "dim"))
     console.print()
+
+
+def _sentences(turn: dict[str, Any]) -> list[tuple[Any, str, VerdictWord | None]]:
+    """The kind, the text and the verdict of each sentence of a turn, prepared for display; None: not checked."""
+    said: list[tuple[Any, str, VerdictWord | None]]
+    said = [(each["kind"], each["text"], verdict_of(each["label"], each.get("elsewhere"))) for each in turn["atoms"]]
+    return said + [(each["kind"], each["text"], VERDICTS.get(each["label"])) for each in turn["own"]]
+
+
+def _say_false(console: Console, rows: "Iterable[TurnRow]", family: str) -> None:
+    """How many sentences of the episode were false, and which."""
+    turns = prepare_turns([row._asdict() for row in rows], family)
+    said = [(turn["turn"], *each) for turn in turns for each in _sentences(turn)]
+    checked = [each for each in said if each[-1] is not None and each[-1].holds is not None]
+    false = [(turn, kind, text) for turn, kind, text, verdict in checked if verdict is not None and not verdict.holds]
+    rest = len(said) - len(checked)
+    others = f" Not judged: {rest}; words that are not read, and hedges, are neither true nor false." if rest else ""
+    verb = "was" if len(false) < 2 else "were"
+    found = f"{len(false) or 'None'} of the {len(checked)} checked sentences {verb} false."
+    console.print(f"{found if checked else 'No sentence was checked.'}{others}")
+    for turn, kind, text in false:
+        lead = Text(f"  turn {turn}, {kind_word(kind, not turn)}: ", "red")
+        _put_beside(console, lead, Text(escape_control_chars(text)))
+
+
+def _say_left(console: Console, rows: "Iterable[TurnRow]", family: str) -> None:
+    console.print()
+    if rows:
+        _say_false(console, rows, family)
+    console.print("You left the episode.")
 
 
 def _learn(console: Console, lesson: "LiveLesson") -> None:
@@ -424,6 +474,7 @@ def _take_back(console: Console, lesson: "LiveLesson", seat: str) -> None:
 def _sum_up(console: Console, lesson: "LiveLesson", costs: float) -> None:
     moment = lesson.session.moment
     _say_result(console, moment.turn, moment.success, math.fsum(row.reward for row in lesson.rows) - costs)
+    _say_false(console, lesson.rows, lesson.family.name)
 
 
 def _say_result(console: Console, turns: int, success: bool, total: float) -> None:

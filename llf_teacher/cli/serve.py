@@ -29,6 +29,14 @@ def serve(
         list[str] | None,
         typer.Option(help="Environment of Gymnasium to offer, too, such as gym:Taxi-v4; repeat it for several."),
     ] = None,
+    teacher: Annotated[
+        list[str] | None,
+        typer.Option(help="Personality of your own to offer, too, as module:Class; repeat it for several."),
+    ] = None,
+    student: Annotated[
+        list[str] | None,
+        typer.Option(help="Student of your own to offer, too, as module:factory; repeat it for several."),
+    ] = None,
 ) -> None:
     """Serve a page in the browser, for you alone: play in either seat or both, watch, and replay stored episodes.
 
@@ -46,10 +54,17 @@ def serve(
             f"the page needs {error.name!r}, which is not installed; run: {pip_install('web')}",
             name=error.name,
         ) from error
+    from llf_teacher.students.parsing import parse_student
     from pz_envs.registered import registered
+    from teachers.personality import parse_personality
 
     search_here()
-    app = make_app(replay or (), [registered(id).id for id in environment or ()])
+    app = make_app(
+        replay or (),
+        [registered(id).id for id in environment or ()],
+        [str(parse_personality(spec)) for spec in teacher or ()],
+        [str(parse_student(spec)) for spec in student or ()],
+    )
     try:
         listening = socket.create_server((_HOST, port))
     except OSError as error:

@@ -48,10 +48,18 @@ Workers_ = Annotated[
 class _StudyCommands(Commands):
     """Treats `llf study FILE.toml` as `llf study run FILE.toml`."""
 
-    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """The command that the first argument names; `run` if that is a TOML file."""
-        named = args[0] in self.commands or not args[0].endswith(".toml")
-        return super().resolve_command(ctx, args if named else ["run", *args])
+    def parse_args(self, ctx: Any, args: list[str]) -> Any:
+        """Read the arguments; with a TOML file before any command all of them, in any order, are those of `run`."""
+        first = next((each for each in args if each in self.commands or each.endswith(".toml")), "")
+        return super().parse_args(ctx, ["run", *args] if first.endswith(".toml") else args)
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """The help of the group, and that of `run`, whose options `llf study FILE.toml` takes."""
+        super().format_help(ctx, formatter)
+        run = self.get_command(ctx, "run")
+        with ctx.command.context_class(run, info_name="run", parent=ctx) as below:
+            typer.echo("`llf study FILE.toml` is short for `llf study run FILE.toml`:")
+            run.format_help(below, formatter)
 
 
 def add_to(app: typer.Typer) -> None:
@@ -254,15 +262,17 @@ def export(
 def power(
     pilot: Annotated[Path, typer.Argument(help="Store of a pilot, which has a few seeds of the study.")],
     effect: Annotated[
-        float, typer.Option("--effect", min=0.001, max=10, help="Smallest difference from the baseline that matters.")
+        float,
+        typer.Option("--effect", min=0.001, max=10, help="Smallest difference between two teachers that matters."),
     ],
     of: Annotated[
         str,
         typer.Option(
             "--of",
-            help="Unit of --effect: `gain`, a share of the baseline's regret, or `success`, a share of episodes.",
+            help="Unit of --effect: `score`, as in the findings, `regret`, in the family's unit, or `success`, a share "
+            "of episodes.",
         ),
-    ] = "gain",
+    ] = "score",
     chance: Annotated[
         float, typer.Option("--power", min=0.5, max=0.999, help="Probability of finding the effect.")
     ] = 0.8,
@@ -280,21 +290,25 @@ def power(
     with load(pilot) as results:
         study = results.manifest.get("study", {})
         against = baseline or study.get("baseline", BASELINE)
+        compare = () if baseline else study.get("compare", ())
         played = outcomes(results.rows())
-    found = sorted(needs(played, against, effect, of, chance), key=lambda need: -need.safe)
-    primary = primary_needs(played, against, effect, chance, study.get("primary", ())) if of == "gain" else []
-    primary.sort(key=lambda need: -need.safe)
-    if not found:
+    every = list(needs(played, against, effect, "regret", chance, compare))
+    if not every:
         raise ValueError(
             f"{pilot} has too few episodes: it needs two seeds of a student that uses feedback, with {against!r} and "
             "with another teacher; play more, or name another teacher by --baseline"
         )
-    head = ("family", "types", "teacher", "student", "pilot", "spread", "seeds", "to be safe")
+    found = sorted(needs(played, against, effect, of, chance, compare), key=lambda need: -need.safe)
+    patterns = study.get("primary", ())
+    primary = primary_needs(played, against, effect, chance, patterns, compare) if of == "score" else []
+    primary.sort(key=lambda need: -need.safe)
+    head = ("family", "types", "teacher", "against", "student", "pilot", "spread", "seeds", "to be safe")
     rows = [
         (
             n.family,
             f"{n.instruction_type}, {n.feedback_type}",
             n.teacher,
+            n.other,
             n.student,
             f"{n.pairs}",
             f"{n.spread:.3f}",
@@ -304,14 +318,19 @@ def power(
         for n in (*primary, *found)
     ]
     widths = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
-    for row in (head, *rows):
+    for row in (head, *rows) if rows else ():
         typer.echo("  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip())
     for which, each in (("primary comparison, of all families together", primary), ("comparison of a family", found)):
         if each:
             typer.echo(
-                f"To find an effect of {effect:g} against {against} with a probability of {chance:g} in every {which}, "
+                f"To find a {of} of {effect:g} with a probability of {chance:g} in every {which}, "
                 f"use {max(need.seeds for need in each)} seeds, or {each[0].safe} to be safe."
             )
+    if lacking := len(every) - len(found):
+        typer.echo(
+            f"{lacking} of {len(every)} comparisons of a family have no score, since regret with the teacher that they "
+            "are against is about 0: give --effect in the unit of regret, by --of regret."
+        )
 
 
 def merge(
@@ -435,17 +454,32 @@ def _print_findings(console: Console, data: "Data") -> None:
     """Print the findings of the report and their scores."""
     from llf_teacher.studies.analysis.statistics import p_words
     from llf_teacher.studies.report import findings
+    from llf_teacher.studies.report.parts import findings as findings_part
 
     for finding in findings(data):
         console.print(f"- {finding}")
-    table = Table("teacher", "student", "score", "95 %", "p", "seeds", title=f"Against {data.study.baseline}")
-    ranked = sorted(data.primary, key=lambda each: -each.mean)
+    several = len(data.units) > 1
+    table = Table()
+    for column in (
+        "teacher",
+        "against",
+        "student",
+        *([] if several else ["more regret"]),
+        "score",
+        "95 %",
+        "p",
+        "seeds",
+    ):
+        table.add_column(column, overflow="fold")
+    ranked = [each for each in findings_part.ranked(data) if each.declared]
     for each in ranked[:_SHOWN]:
-        estimate, tested = each.score.estimate, data.test is not None
-        shown = "" if estimate.why else f"[{estimate.low:.2f}, {estimate.high:.2f}]"
-        names = (escape_control_chars(data.called(name)) for name in each.compared[:2])
-        p = p_words(each.score.p)
-        table.add_row(*names, f"{each.mean:.2f}", shown, p if tested else "", f"{estimate.n}")
+        estimate, compared = each.score.estimate, each.compared
+        names = map(data.called, (compared.teacher, compared.other, compared.student))
+        more = [] if several else [each.differences[0].text(2)]
+        score = f"{each.mean:.2f}" if each.ratio else "none"
+        interval = f"[{estimate.low:.2f}, {estimate.high:.2f}]" if each.ratio and not estimate.why else ""
+        p = p_words(each.score.p) if data.test else ""
+        table.add_row(*map(escape_control_chars, names), *more, score, interval, p, f"{estimate.n}")
     if ranked:
         console.print(table)
     if len(ranked) > _SHOWN:

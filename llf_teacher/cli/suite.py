@@ -50,7 +50,12 @@ def suite(
     workers: Annotated[
         int | None, typer.Option(min=1, help="Parallel processes; by default one for each core.")
     ] = None,
-    budget: Annotated[float | None, typer.Option(min=0, envvar=BUDGET, help=f"Most USD of a model: {BUDGET}.")] = None,
+    llm_budget: Annotated[
+        float | None,
+        typer.Option(
+            min=0, envvar=BUDGET, help="Most USD that a model may cost for this store, earlier runs included."
+        ),
+    ] = None,
     turn_seconds: Annotated[
         float | None, typer.Option(min=0.001, help="Seconds of a turn, after which an agent that hangs has failed.")
     ] = None,
@@ -81,8 +86,8 @@ def suite(
     search_here()
     changed = choice_of(replay_changed, keep_old)
     command = escape_control_chars(shlex.join(["llf", *sys.argv[1:]]))
-    if budget is not None:
-        os.environ[BUDGET] = f"{budget}"
+    if llm_budget is not None:
+        os.environ[BUDGET] = f"{llm_budget}"
     for path in card or ():
         check_file(path)
     console = Console(emoji=False, stderr=True, markup=False)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from llf_teacher.models.replies import LENGTH
+from llf_teacher.speakers.speaker import CUT, EMPTY, REPEATS
 from teachers import common
 from teachers.atoms import FP, KINDS, Atom, Claim, Label, action_of
 from teachers.schema import sentences_of, storable, without
@@ -116,6 +117,8 @@ class TurnRow(NamedTuple):
     """The cost of a model in the teacher's seat: the fields of `Usage`; null without a model."""
     form: str | None = None
     """The form in which a model was asked for its answer: `json`, `tool` or `text`."""
+    reply: dict[str, Any] | None = None
+    """The answer of a model in the teacher's seat: the fields of `TeacherReply`; null without a model."""
 
 
 class EpisodeRow(NamedTuple):
@@ -173,6 +176,16 @@ class EpisodeRow(NamedTuple):
     """Number of claims in messages that could not be made."""
     withheld: int | None = None
     """Number of false claims that a teacher's filter kept back."""
+    teacher_answers: int | None = None
+    """Number of answers of a model in the teacher's seat; null, like the next fields, without such a model."""
+    teacher_cut: int | None = None
+    """Number of these that were cut at the greatest length."""
+    teacher_empty: int | None = None
+    """Number of these that say nothing."""
+    teacher_repeats: int | None = None
+    """Number of these that repeat what the student sees."""
+    teacher_seconds: float | None = None
+    """Time from the requests to the answers."""
     read_exact: int | None = None
     """Number of sentences in the teacher's own words that the phrases read, and whose claim was checked; null, as all
     of `READINGS`, if there was nothing to read, or it was not to be read.
@@ -327,6 +340,7 @@ def summary(family: str, reads: str, rows: Sequence[TurnRow], *, measured: bool 
         regrets=pack_regrets([row.regret for row in rows[1:]]),
         unbuilt=sum(row.unbuilt or 0 for row in rows),
         withheld=sum(row.withheld or 0 for row in rows),
+        **_replies([row.reply for row in rows if row.reply is not None]),
         **_readings(rows),
         **(_gains(said, rows) if measured else {}),
         why=why,
@@ -366,6 +380,19 @@ def _gains(said: Sequence[Mapping[str, Any]], rows: Sequence[TurnRow]) -> dict[s
     named = {"claims": "measured", "unknown": "unmeasured", "words": "measured_words"}
     return {named.get(name, name): value for name, value in sums.items()} | {
         f"bits_{kind}": bits for kind, bits in kinds.items()
+    }
+
+
+def _replies(replies: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """The sums over the answers of a model in the teacher's seat; empty without one."""
+    if not replies:
+        return {}
+    faults = Counter(fault for reply in replies for fault in reply["faults"])
+    sums: dict[str, Any] = {f"teacher_{fault}": faults[fault] for fault in (CUT, EMPTY, REPEATS)}
+    return {
+        "teacher_answers": len(replies),
+        **sums,
+        "teacher_seconds": math.fsum(reply["seconds"] for reply in replies),
     }
 
 

@@ -8,6 +8,7 @@ from llf_teacher.episodes.regret import turn_regret
 from llf_teacher.models.replies import Usage
 from llf_teacher.serialization import to_json
 from llf_teacher.speakers.parsing import NOBODY, parse_reader
+from llf_teacher.speakers.speaker import TeacherReply
 from pz_envs.student_view import StudentView
 from pz_envs.subject import Subject
 from teachers.atoms import Atom, Claim, Label, Moment, ParseFailure
@@ -101,7 +102,7 @@ class Recorder:
         failed = moment.action if type(moment.action) is ParseFailure else None
         atoms = self.check(turn)
         said = self.measured(turn)
-        usage = getattr(self._speaker, "usage", None)
+        usage, reply = getattr(self._speaker, "usage", None), getattr(self._speaker, "reply", None)
         row = TurnRow(
             turn=moment.turn,
             observation=world.describe(turn.state),
@@ -123,6 +124,7 @@ class Recorder:
             withheld=len(getattr(self._speaker, "withheld", ())) or None,
             readings=self._readings(self._reader, turn) or None if self._reader else None,
             paid=usage._asdict() if isinstance(usage, Usage) else None,
+            reply=reply._asdict() | {"faults": [*reply.faults]} if isinstance(reply, TeacherReply) else None,
         )._replace(**answer)
         self.rows.append(row)
         return row

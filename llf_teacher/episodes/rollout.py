@@ -15,6 +15,7 @@ from llf_teacher.students.chat import ChatStudent, takes_messages
 from llf_teacher.students.conversation import Conversation, Message, as_prompt
 from pz_envs.subject import Subject
 from pz_envs.text.actions import failure as unread
+from pz_envs.text.answer_formats import THOUGHT
 from teachers.atoms import ParseFailure
 from teachers.seeds import Seeds
 from teachers.spec import check_range
@@ -129,6 +130,7 @@ def rollout(
     ids: str | Subject | Iterable[str | Subject],
     seeds: int | Iterable[int],
     batch: int = 64,
+    thought: int = THOUGHT,
     **settings: Any,
 ) -> list[Rollout]:
     """Play many conversations side by side. Each ends at success, unless its task is asked repeatedly.
@@ -141,6 +143,7 @@ def rollout(
         seeds: the seeds of the episodes of each id; a number n means 0 to n - 1. A repeated seed makes a group: several
             conversations about the same world.
         batch: number of conversations at once; when one ends the next begins.
+        thought: greatest number of characters of a thought before an action; with 0 the prompt asks for no thought.
         settings: keyword arguments of `make`: `teacher`, `feedback_type`, `max_turns`, ...
 
     Returns:
@@ -171,7 +174,7 @@ def rollout(
                 free = kept[lane.subject]
                 lane.env = free.pop() if free else _environment(lane.subject, settings)
                 going.append(lane)
-                lane.begin(policy)
+                lane.begin(policy, thought)
             for lane, said in zip(going, answer([lane.prompt for lane in going]), strict=True):
                 odd += lane.step(said)
             for lane in going:
@@ -199,7 +202,7 @@ class _Lane:
         self.turns: list[RolloutTurn] = []
         self.over = False
 
-    def begin(self, policy: Any) -> None:
+    def begin(self, policy: Any, thought: int) -> None:
         """Reset the environment, and ask."""
         observation, _ = self.env.reset(seed=self.seed)
         cut = isinstance(policy, ChatStudent)
@@ -207,6 +210,7 @@ class _Lane:
             self.env,
             history=policy.history if cut else _LONG,
             max_prompt_tokens=policy.max_prompt_tokens if cut else None,
+            thought=thought,
             rng=Seeds(self.seed).stream("student"),
         )
         self.prompt = self._talk.ask(observation)

@@ -11,6 +11,7 @@ from gymnasium.envs.registration import EnvSpec
 from gymnasium.error import ResetNeeded
 
 from llf_teacher.registry import entry
+from llf_teacher.speakers.parsing import with_teacher
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import Policy, Student
 from pz_envs.assembly import assemble
@@ -82,8 +83,8 @@ class SeatEnv(gymnasium.Env):
         self.family = self.family.for_lesson(self.settings)
         self._policy: Any = None
         """The user's policy in the teacher's seat, if there is one."""
-        lesson = self.settings
-        if policies and not isinstance(lesson.teacher, str | Personality | Teacher):
+        lesson = with_teacher(self.settings, policies)
+        if policies and not isinstance(lesson.teacher, Personality | Teacher):
             self._policy, lesson = lesson.teacher, lesson.with_teacher("oracle")
             if not (hasattr(self._policy, "reset") and hasattr(self._policy, "act")):
                 remedy = f"; call it, as in {self._policy.__name__}()" if isinstance(self._policy, type) else ""

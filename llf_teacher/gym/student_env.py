@@ -10,8 +10,9 @@ from llf_teacher.models.waiting import awaited
 from pz_envs.numbers import Field
 from pz_envs.settings import Settings, SettingsKeywords, takes_settings
 from pz_envs.subject import Subject
-from teachers.atoms import SILENCE, Moment
+from teachers.atoms import SILENCE, Atom, Label, Moment
 from teachers.teacher_turn import LONGEST
+from teachers.words import VERDICTS
 
 NOT_SEATED = ("speech", "teacher_numbers")
 """The settings of the teacher's seat, if a policy plays it."""
@@ -28,7 +29,7 @@ class StudentEnv(SeatEnv):
     Action: the world's space; `Prose` with `text=True`. A text that is not an action costs a turn and gets feedback;
     see `pz_envs.seatings.tutoring`.
     Info: the world's, with `success`; `atoms`, the claims heard last; `parse_failure` for a text that is not an action;
-    the privileged `moment` with `privileged_info=True`.
+    with `privileged_info=True` also the `moment` and `true`, which says of each of the `atoms` whether it is true.
 
     Args:
         env_id: an id of `llf_teacher.ids()`, or a `Lesson`.
@@ -50,6 +51,8 @@ class StudentEnv(SeatEnv):
         self.privileged_info = self.settings.privileged_info
         view = self.student_view
         self._info = self._privileged if self.privileged_info else view.info
+        self._lab = self.session.world.scratch() if self.privileged_info else self.session.world  # for checks
+        self._moments: list[Moment[Any]] = []  # by turn; another turn's where one was played elsewhere
         self._numbers = view.numbers is not None
         self._asks = self.session.ask_cost is not None
         self.action_space = view.action_space
@@ -73,6 +76,7 @@ class StudentEnv(SeatEnv):
         return self._begin_episode()
 
     def _begin_episode(self) -> tuple[Any, dict[str, Any]]:
+        self._moments.clear()
         if self._policy is not None:
             awaited(self._policy.reset(self.session.seeds.stream("teacher")))
         self._speak()
@@ -125,6 +129,9 @@ class StudentEnv(SeatEnv):
         See `Session.resume_from`.
         """
         self.session.resume_from(moment, terminated, past)
+        self._moments = [moment] * (moment.turn + 1)
+        for each in past:
+            self._moments[each.turn] = each
         self._speak()
         self._running = not moment.over
 
@@ -141,11 +148,24 @@ class StudentEnv(SeatEnv):
     def _privileged(self) -> dict[str, Any]:
         """The seat's info with the privileged entries."""
         info = {**self.student_view.info(), "moment": self.session.moment}
+        if "atoms" in info:
+            info["true"] = self._true(info["atoms"])
         if changes := getattr(self.teacher, "changes", ()):
             info["changes"] = changes
         if unbuilt := self.session.teacher_turns[0].unbuilt:
             info["unbuilt"] = unbuilt
         return info
+
+    def _true(self, atoms: Sequence[Atom]) -> tuple[bool | None, ...]:
+        """Whether each claim of the last turn is true; None: neither, as of a hedge, or it cannot be checked."""
+        moment, oracle = self.session.moment, self.session.teacher.oracle
+        self._moments[moment.turn :] = [moment]
+        known = (self._moments[atom.about_turn].turn == atom.about_turn for atom in atoms)
+        labels = [
+            atom.label(self._moments, self._lab, oracle) if there else Label.UNCHECKED
+            for atom, there in zip(atoms, known, strict=True)
+        ]
+        return tuple(VERDICTS[label].holds if label in VERDICTS else None for label in labels)
 
     def _speak_by_policy(self) -> None:
         """The turn of a policy in the teacher's seat; a text that is too long is dropped."""

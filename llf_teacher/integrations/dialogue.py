@@ -7,7 +7,6 @@ from llf_teacher.episodes.recorder import Recorder
 from llf_teacher.gym import make
 from llf_teacher.students.conversation import Conversation, Message
 from llf_teacher.students.student import ModelReply
-from llf_teacher.studies.definition.custom_specs import arguments_of, parse_teacher
 from pz_envs.text.thoughts import split_thought
 from teachers.atoms import KINDS
 from teachers.personality import Personality
@@ -50,8 +49,7 @@ class Dialogue:
         max_prompt_tokens: int | None = None,
         **settings: Any,
     ) -> None:
-        heard = arguments_of(parse_teacher(teacher), settings.get("feedback_type", "a"))  # its spec may have a voice
-        self.env = make(id, text=True, **settings | heard)
+        self.env = make(id, text=True, teacher=teacher, **settings)
         self.talk = Conversation(
             self.env, history=history, max_prompt_tokens=max_prompt_tokens, rng=Seeds(seed).stream("student")
         )

@@ -306,8 +306,8 @@ class Endpoint:
             time.sleep(_PAUSE)
         raise SpendingLimitError(
             f"the spending limit of {budget:g} USD is reached: {self._settings.cache} has {self._cache.spent():.6g} "
-            f"USD on its ledger, and the next answer may cost {usd:.6g} USD; raise it (--llm-budget, of llf suite "
-            "--budget) to go on"
+            f"USD on its ledger, and the next answer may cost {usd:.6g} USD; raise it (--llm-budget) to go "
+            "on"
         )
 
     def _clean(self, text: str) -> str:

@@ -54,7 +54,7 @@ class LLMReader(AsksModel):
         """
         system = {"role": "system", "content": _SYSTEM.format(listing=vocabulary.listing())}
         model = Model(self.settings)
-        form = claims_form(model.form(self.answer).name, vocabulary)
+        form = claims_form(model.form(self.answer).name, vocabulary.schema())
         return find_message(model.answer([system, {"role": "user", "content": sentence}], form).text)
 
     def facts(self) -> dict[str, Any]:

@@ -1,13 +1,18 @@
-"""Speakers and wordings by the parts of a spec: `llm_teacher(model=...)`, `module:factory`; `... | voice(tone=...)`.
+"""Teachers by their spec strings, for every function and command that takes a teacher.
 
-Readers, too: `llm_reader(model=...)`, `module:function`.
+A teacher is a personality, with or without a voice (`mistake | voice(tone='curt')`), or a speaker: `llm_teacher(...)`,
+`module:factory`. Readers, too: `llm_reader(model=...)`, `module:function`.
 """
 
 import importlib
+from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
-from llf_teacher.speakers.speaker import CustomTeacher, CustomVoice, Speaker, Wording
-from teachers.personality import Personality
+from llf_teacher.speakers.speaker import CustomTeacher, CustomVoice, InstructionOnly, Speaker, Voiced, Wording
+from pz_envs.settings import Settings
+from teachers.feedback import parse_kinds
+from teachers.personality import PERSONALITIES, Personality, in_turn
 from teachers.spec import Spec, SpecCall, parse_calls, unknown
 
 SPEAKERS = {
@@ -19,6 +24,61 @@ SPEAKERS = {
 
 NOBODY, PHRASES, READER = "none", "exact", "llm_reader"
 """The readers of own words: none, our phrases word for word, and behind these a model."""
+
+
+def parse_teacher(spec: str | Personality | Speaker) -> Personality | Speaker:
+    """The teacher that a spec string describes.
+
+    It is a personality, `llm_teacher(...)`, a user's own teacher as `package.module:Class(key=...)` (a personality, or
+    the factory of a policy), or a personality with a voice, as in `oracle | voice(tone='curt')`.
+
+    Raises:
+        ValueError: bad syntax, an unknown name or parameter, or a module without such a teacher.
+    """
+    if isinstance(spec, Personality | Speaker):
+        return spec
+    expected = f"{PERSONALITIES.expected}, {', '.join(SPEAKERS)}"
+    *before, last = parse_calls("teacher", spec, expected, prefixes=1)
+    made = make_speaker(last, last=bool(before))
+    if isinstance(made, Speaker):
+        return made
+    stages = [*map(PERSONALITIES.make, before)]
+    return in_turn([*stages, PERSONALITIES.make(last)]) if made is None else Voiced(in_turn(stages), made)
+
+
+def arguments_of(teacher: Personality | Speaker, feedback_type: str | Iterable[str]) -> dict[str, Any]:
+    """The arguments of `llf_teacher.make` for a teacher; with feedback type `n` a policy gives only the instruction."""
+    if isinstance(teacher, Personality):
+        return {"teacher": teacher}
+    arguments = teacher.arguments()
+    if not isinstance(arguments["teacher"], Personality) and not parse_kinds(feedback_type):
+        arguments["teacher"] = InstructionOnly(arguments["teacher"])
+    return arguments
+
+
+def with_teacher(settings: Settings, policies: bool = True) -> Settings:
+    """The settings with the teacher of their spec string, and its voice; a teacher that is an object stays as it is.
+
+    Args:
+        settings: the settings of a lesson.
+        policies: whether policies and models may teach; if not, only personalities, with or without a voice.
+
+    Raises:
+        ValueError: there is no such teacher, it is not allowed, or two voices are given.
+    """
+    if not isinstance(settings.teacher, str | Speaker):
+        return settings
+    taught = parse_teacher(settings.teacher)
+    arguments = arguments_of(taught, settings.feedback_type)
+    if not policies and not isinstance(arguments["teacher"], Personality):
+        raise ValueError(
+            f"teacher {taught} speaks for itself, and a person or a program in a seat of this lesson needs a "
+            "personality, whose claims can be chosen or suggested; give one of `llf list`, or a class of your own that "
+            "derives from teachers.personality.Personality"
+        )
+    if "voice" in arguments and settings.voice != Settings.voice:
+        raise ValueError(f"teacher {taught} has a voice of its own, got voice={settings.voice!r}, too; leave out one")
+    return replace(settings, **arguments)
 
 
 def make_speaker(call: SpecCall, *, last: bool) -> Speaker | Wording | None:

@@ -8,13 +8,34 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib import import_module
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from teachers.personality import Personality
 from teachers.spec import Spec, call_string
 from teachers.voice import Voice
+
+CUT, EMPTY, REPEATS = "cut", "empty", "repeats"
+"""Faults of a model's answer in the teacher's seat: it was cut at its greatest length; it says nothing; it repeats what
+the student sees."""
+FAULTS = {CUT: "cut at max_tokens", EMPTY: "without a word or claim", REPEATS: "repeating what the student sees"}
+"""The faults in words."""
+
+
+class TeacherReply(NamedTuple):
+    """A model's answer in the teacher's seat."""
+
+    answer: str
+    """The text without thoughts, cut at 8,192 characters."""
+    finish: str
+    """Why it ended; `length` if it was cut."""
+    seconds: float
+    """From the request to the answer, when the answer was paid for."""
+    form: str
+    """The form in which it was asked for: `json`, `tool` or `text`."""
+    faults: tuple[str, ...] = ()
+    """Some of `CUT`, `EMPTY` and `REPEATS`."""
 
 
 class Speaker(Spec, ABC):

@@ -8,7 +8,7 @@ from llf_teacher.students.chat import CHAT, make_chat_student
 from llf_teacher.students.student import Student
 from llf_teacher.students.trait import Trait, Traited
 from pz_envs.learning import Learning
-from teachers.spec import Registry, SpecCall, bad_spec, parse_calls, unknown
+from teachers.spec import Registry, SpecCall, bad_spec, parse_calls
 
 STUDENTS = Registry[Student]("student", Student, builtin)  # type: ignore[type-abstract]  # it never makes a `Student`
 """Every student by its name."""
@@ -35,23 +35,13 @@ def parse_student(spec: str | Student) -> Student:
     if (len(first.prefix) > 1 and first.prefix[0] != CHAT) or any(len(call.prefix) > 1 for call in others):
         raise bad_spec("student", spec, expected)
     student = _student(first)
-    return Traited(student, tuple(map(_trait, others))) if others else student
+    return Traited(student, tuple(map(TRAITS.make, others))) if others else student
 
 
 def _student(call: SpecCall) -> Student:
     if not call.prefix:
         return STUDENTS.make(call)
     return make_chat_student(call) if call.prefix[0] == CHAT else make_agent(call)
-
-
-def _trait(call: SpecCall) -> Trait:
-    if not call.prefix:
-        return TRAITS.make(call)
-    module, cls = call.imported("trait")
-    if not (isinstance(cls, type) and issubclass(cls, Trait)):
-        names = [name for name, each in vars(module).items() if isinstance(each, type) and issubclass(each, Trait)]
-        raise ValueError(f"trait {call.path!r}: {unknown(f'trait in {module.__name__}', call.name, names)}")
-    return call.make("trait", cls)
 
 
 def student_for(learning: Learning) -> Student:

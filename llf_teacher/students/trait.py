@@ -46,11 +46,6 @@ class Trait(Spec):
         bare, others = traits_of(student)
         return Traited(bare, (*others, self))
 
-    def __str__(self) -> str:
-        cls, text = type(self), super().__str__()
-        own = cls.__module__.rpartition(".")[0] != self.package
-        return f"{cls.__module__}:{cls.__qualname__}{text.removeprefix(self.name)}" if own else text
-
     def hear(self, atom: Atom, scene: Scene) -> Claim[Any] | None:
         """The claim that the student hears instead of this atom; None: nothing. By default the atom's own claim.
 

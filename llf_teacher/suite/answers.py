@@ -12,7 +12,6 @@ from llf_teacher.gym import make
 from llf_teacher.models.replies import LENGTH
 from llf_teacher.students.builtin.llm import LLM
 from llf_teacher.students.conversation import text_of
-from llf_teacher.studies.definition.custom_specs import arguments_of, parse_teacher
 from llf_teacher.studies.results import Results
 from llf_teacher.suite.experiment import Experiment
 
@@ -124,7 +123,7 @@ def answers_of(
 
 def first_prompt(id: str, student: LLM, **options: Any) -> str:
     """The text that a model gets in an environment before any feedback: the prompt's form, and the instruction."""
-    env = make(id, **arguments_of(parse_teacher("silent"), "a"), text=True, **options)
+    env = make(id, teacher="silent", text=True, **options)
     talk = student.conversation(env, np.random.default_rng(0))
     observation, _ = env.reset(seed=0)
     text = "\n".join(map(text_of, talk.ask(observation)))

@@ -13,6 +13,8 @@ from llf_teacher.episodes.record import claim_name, unchecked
 from llf_teacher.episodes.recorder import Recorder
 from llf_teacher.gym import StudentEnv
 from llf_teacher.registry import entry
+from llf_teacher.speakers.parsing import parse_teacher
+from llf_teacher.speakers.speaker import Speaker
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import Policy
 from pz_envs.settings import Settings
@@ -34,7 +36,7 @@ from teachers.atoms import (
 )
 from teachers.information import Gain
 from teachers.oracle import POSTERIOR, Oracle
-from teachers.personality import Personality, parse_personality
+from teachers.personality import Personality
 from teachers.reliability import Reliability
 from teachers.teacher import Teacher
 from teachers.testing.habits import HABITS
@@ -207,8 +209,9 @@ def audit(
 
     Args:
         id: an id of `llf_teacher.ids()`, or a `Lesson`.
-        teacher: a spec string, a `Personality`, or any policy for the teacher's seat. Its attributes `honest` and
-            `reveals` state what it promises, as those of personalities do; both are True where they are missing.
+        teacher: a spec string, a `Personality`, a `Speaker`, or any policy for the teacher's seat. Its attributes
+            `honest` and `reveals` state what it promises, as those of personalities do; both are True where they are
+            missing.
         turns: number of turns, shared equally by all combinations of student and instruction type.
         students: specs of students.
         instruction_types: types of instruction to use; None for all that the environment supports; with `worlds`, for
@@ -224,12 +227,13 @@ def audit(
     """
     if turns < 1:
         raise ValueError(f"turns must be at least 1, got {turns!r}")
-    teacher = parse_personality(teacher) if isinstance(teacher, str) else teacher
-    name = str(teacher) if isinstance(teacher, Personality) else type(teacher).__name__
+    teacher = parse_teacher(teacher) if isinstance(teacher, str) else teacher
+    promise = teacher.arguments()["teacher"] if isinstance(teacher, Speaker) else teacher
+    name = str(teacher) if isinstance(teacher, Personality | Speaker) else type(teacher).__name__
     family = id if isinstance(id, Subject) else entry(id).family
-    if worlds or POSTERIOR in getattr(teacher, "needs", ()):
+    if worlds or POSTERIOR in getattr(promise, "needs", ()):
         settings = {**family.posterior_needs, **settings}
-    found = Audit(family.name if isinstance(id, Subject) else entry(id).id, name, getattr(teacher, "honest", True))
+    found = Audit(family.name if isinstance(id, Subject) else entry(id).id, name, getattr(promise, "honest", True))
     options = {name: value for name, value in settings.items() if name in family.options()}
     taught = family.for_lesson(Settings(options=options, max_turns=settings.get("max_turns")))
     types = tuple(
@@ -252,7 +256,7 @@ def audit(
             if patience := getattr(student, "patience", None):
                 left = min(left, 1 + seed % patience)
             episode = _Episode(type_, seed, left, {}, {})
-            if isinstance(teacher, Personality) and (done + seed) % 2 == 0:
+            if isinstance(promise, Personality) and (done + seed) % 2 == 0:
                 episode = _varied(episode, env.session.world, settings, np.random.default_rng([done, seed]))
             if episode.options:
                 other = StudentEnv(id, teacher=teacher, **given | {"instruction_type": "b"} | episode.options)

@@ -75,16 +75,17 @@ def facts(subject: Registered, **options: Any) -> Iterator[Line]:
     yield Line("knows", _SEEN[plan.privileged])
 
 
-def trial(subject: Registered, options: Mapping[str, Any], seed: int = 0) -> Iterator[Line]:
+def trial(subject: Registered, options: Mapping[str, Any], seed: int = 0, teacher: Any = "oracle") -> Iterator[Line]:
     """The results of a trial of an environment, step by step.
 
     Args:
         subject: the environment.
         options: options of its world.
         seed: the seed of the episode.
+        teacher: the teacher of the episode, as in `llf_teacher.make`.
 
     Raises:
-        ValueError: the environment cannot be made.
+        ValueError: the environment cannot be made, or there is no such teacher.
     """
     own = {name: value for name, value in options.items() if name != "oracle"}
     with contextlib.closing(subject.make(own)) as env:
@@ -114,7 +115,7 @@ def trial(subject: Registered, options: Mapping[str, Any], seed: int = 0) -> Ite
             lesson = subject.for_lesson(Settings(options=options))
     except PlanningError:
         lesson = subject.for_lesson(Settings(options={**own, "oracle": REWARDS}))
-    yield from _episode(lesson, seed)
+    yield from _episode(lesson, seed, teacher)
     yield from _missing(lesson.planned, isinstance(env.action_space, spaces.Discrete), bool(limits))
 
 
@@ -141,10 +142,10 @@ def _repeats(subject: Registered, options: Mapping[str, Any]) -> bool:
     return rewards[0] == rewards[1]
 
 
-def _episode(lesson: Subject, seed: int) -> Iterator[Line]:
+def _episode(lesson: Subject, seed: int, teacher: Any) -> Iterator[Line]:
     """One taught episode of an obedient student, or the first turns of a long one."""
     student = parse_student("obedient")
-    with contextlib.closing(StudentEnv(lesson)) as env:
+    with contextlib.closing(StudentEnv(lesson, teacher=teacher)) as env:
         world = env.session.world
         policy = student.seat(env.family, world)
         for turn in play_turns(env, policy, seed):

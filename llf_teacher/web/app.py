@@ -34,6 +34,7 @@ from llf_teacher.web.views import links, picture, state
 from pz_envs.seats import STUDENT, TEACHER
 from teachers.personality import PERSONALITIES
 from teachers.schema import storable
+from teachers.spec import paths_in
 
 __all__ = ["make_app"]
 
@@ -52,19 +53,26 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 
-def make_app(stores: Sequence[Path] = (), ids: Sequence[str] = ()) -> ASGIApp:
+def make_app(
+    stores: Sequence[Path] = (),
+    ids: Sequence[str] = (),
+    teachers: Sequence[str] = (),
+    students: Sequence[str] = (),
+) -> ASGIApp:
     """The application.
 
     Args:
         stores: the stores whose episodes the page shows.
         ids: environments of Gymnasium's registry that the page offers beside ours.
+        teachers: specs of personalities of the user's own that it offers.
+        students: specs of students of the user's own that it offers.
 
     Raises:
         StoreError: a path is no store.
     """
     for path in stores:
         load(path).close()  # raises StoreError
-    return _Pages(stores, ids).app()
+    return _Pages(stores, ids, teachers, students).app()
 
 
 class _Pages:
@@ -75,8 +83,12 @@ class _Pages:
     minutes, are made in another process.
     """
 
-    def __init__(self, stores: Sequence[Path], ids: Sequence[str]) -> None:
+    def __init__(
+        self, stores: Sequence[Path], ids: Sequence[str], teachers: Sequence[str], students: Sequence[str]
+    ) -> None:
         self.lessons, self._ids, self._films = OpenLessons(), ids, Films()
+        self._teachers, self._students = teachers, students
+        self._own = frozenset(path for spec in (*teachers, *students) for path in paths_in(spec))
         self._stores = [Store(path, read_only=True) for path in stores]
         self._thread = ThreadPoolExecutor(1, "lessons")
         self._pages = pages("llf_teacher.web", "templates")
@@ -140,8 +152,8 @@ class _Pages:
         return self._page(
             "start.html.j2",
             families=families,
-            personalities=PERSONALITIES.names,
-            students=students(),
+            personalities=[*self._teachers, *PERSONALITIES.names],
+            students=[*self._students, *students()],
             speeches=list(SPEECHES),
             most_turns=MOST_TURNS,
         )
@@ -149,7 +161,7 @@ class _Pages:
     async def begin(self, request: Request) -> Response:
         """Begin a lesson; returns the address of its maker's seat."""
         given = await _body(request)
-        opened = await self._do(lambda: self.lessons.begin(read_plan(given, self._ids)))
+        opened = await self._do(lambda: self.lessons.begin(read_plan(given, self._ids, self._own)))
         return JSONResponse({"page": f"/seat/{opened.tokens[opened.lesson.plan.seat]}"}, 201)
 
     async def seat(self, request: Request) -> Response:

@@ -1,5 +1,6 @@
 """Checks of every request, and security headers of every response."""
 
+import asyncio
 from urllib.parse import urlsplit
 
 from starlette.datastructures import Headers, MutableHeaders
@@ -27,7 +28,7 @@ _HEADERS = {
 
 
 class Guard:
-    """Refuses requests with a foreign `Host`, or from a foreign page.
+    """Refuses requests with a foreign `Host`, or from a foreign page, and ends those that are open when it stops.
 
     The check of `Host` stops DNS rebinding, in which a foreign page's name leads to this server.
 
@@ -44,14 +45,22 @@ class Guard:
             await self._app(scope, receive, send)
             return
 
+        begun = False
+
         async def send_with_headers(message: Message) -> None:
+            nonlocal begun
+            begun = True
             if message["type"] == "http.response.start":
                 headers = MutableHeaders(scope=message)
                 headers.update(_HEADERS)
                 headers.setdefault("Cache-Control", "no-store")
             await send(message)
 
-        await (_refusal(scope) or self._app)(scope, receive, send_with_headers)
+        try:
+            await (_refusal(scope) or self._app)(scope, receive, send_with_headers)
+        except asyncio.CancelledError:  # the server stops, and waits no longer for this request
+            if not begun:
+                await _no("the server stops; begin it again with `llf serve`", 503)(scope, receive, send_with_headers)
 
 
 def _refusal(scope: Scope) -> Response | None:

@@ -18,7 +18,7 @@ from pz_envs.seats import STUDENT, TEACHER
 from pz_envs.settings import Settings
 from pz_envs.subject import GYM
 from teachers.personality import parse_personality
-from teachers.spec import is_count, parse_calls, unknown
+from teachers.spec import is_count, parse_calls, paths_in, unknown
 
 SEATS = {"student": STUDENT, "teacher": TEACHER, "watch": WATCHER}
 """The seats by the words of the page."""
@@ -89,12 +89,13 @@ def students() -> tuple[str, ...]:
     return tuple(name for name in STUDENTS.names if getattr(STUDENTS[name], "policy", Policy).record is Policy.record)
 
 
-def read_plan(given: Mapping[str, Any], ids: Collection[str] = ()) -> Plan:
-    """The plan of the form's values. It looks up only registered names: no value can import a module.
+def read_plan(given: Mapping[str, Any], ids: Collection[str] = (), own: Collection[str] = ()) -> Plan:
+    """The plan of the form's values. No value can import a module that was not offered when the server began.
 
     Args:
         given: the values.
         ids: the offered environments of Gymnasium's registry.
+        own: the offered teachers and students of the user's own, as `module:name`.
 
     Raises:
         ValueError: a value is missing or not allowed; the message lists what is.
@@ -119,9 +120,9 @@ def read_plan(given: Mapping[str, Any], ids: Collection[str] = ()) -> Plan:
         texts["id"],
         SEATS[texts["seat"]],
         given.get("two", False),
-        _student(texts["student"]),
+        _student(texts["student"], own),
         Settings(
-            teacher=str(parse_personality(texts["teacher"])),
+            teacher=_teacher(texts["teacher"], own),
             instruction_type=texts["instruction_type"],
             feedback_type=texts["feedback_type"],
             speech=SPEECHES[texts["speech"]],
@@ -153,11 +154,28 @@ _FIELDS = {
 """The fields of the form with their defaults."""
 
 
-def _student(spec: str) -> str:
-    first, *_ = parse_calls("student", spec, STUDENTS.expected)
-    if first.name not in students():
+def _teacher(spec: str, own: Collection[str]) -> str:
+    _check_offered("teacher", spec, own)
+    return str(parse_personality(spec))
+
+
+def _student(spec: str, own: Collection[str]) -> str:
+    _check_offered("student", spec, own)
+    first, *_ = parse_calls("student", spec, STUDENTS.expected, prefixes=2)
+    if not first.prefix and first.name not in students():
         raise ValueError(unknown("student of this page", first.name, students()))
     return str(parse_student(spec))
+
+
+def _check_offered(what: str, spec: str, own: Collection[str]) -> None:
+    """Check that the user's own classes in a spec, which are imported, were offered when the server began.
+
+    Raises:
+        ValueError: some were not.
+    """
+    for path in paths_in(spec) if ":" in spec else ():
+        if path not in own:
+            raise ValueError(f"{unknown(f'{what} of this page', path, own)}; `llf serve --{what} {path}` offers it")
 
 
 def _number(name: str, value: Any, low: int, high: int) -> int | None:

@@ -37,8 +37,8 @@ class Drifting(Personality):
             same = False
         if not same:
             raise ValueError(
-                f"to must be a spec, or a personality that has one, got {to!r}; "
-                "put it into a module of its name under teachers/personalities/"
+                f"to must be a spec, or a personality that has one, got {to!r}; define it in a module, outside "
+                "functions and classes"
             )
         object.__setattr__(self, "to", str(to))
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from teachers.atoms import FP
+from teachers.atoms import FP, KINDS
 from teachers.batches import Kinds, Moments, OracleBatch
 from teachers.feedback import MIXED, number_of, parse_kinds
 from teachers.personality import Claims, Personality, Stage, View
@@ -27,7 +27,7 @@ class Only(Personality):
     """Says claims of some kinds and withholds the others."""
 
     kinds: str = "r+hp+hn+fp+fn"
-    """Names of kinds, joined by `+`."""
+    """Kinds by code or by word, joined by `+`; words become codes."""
 
     source = "LLF-Bench's subsets"
     stage = _Filter
@@ -36,6 +36,8 @@ class Only(Personality):
         if not isinstance(self.kinds, str) or self.kinds == MIXED:
             raise ValueError(f"kinds must be names of kinds joined by '+', got {self.kinds!r}")
         parse_kinds(self.kinds)
+        codes = {kind.word: kind.value for kind in KINDS}
+        object.__setattr__(self, "kinds", "+".join(codes.get(name, name) for name in self.kinds.split("+")))
 
     def speak_rows(self, kinds: Kinds, memory: Floats, moments: Moments[Any], oracle: OracleBatch[Any]) -> Kinds:
         """`_Filter.speak` in arrays."""

@@ -155,8 +155,8 @@ def test_the_teachers_seat_shares_the_choice():
     with ScriptedEndpoint(answer) as server:
         teacher = LLMTeacher("m", server.url, says="claims")
         record = play(next(study("http://unused/v1", teachers=[teacher], students=["random"]).episodes()))
-    assert [asked_form(request) for request in server.requests] == ["json"] * 3
-    assert [is_trial(request) for request in server.requests] == [True, False, False]
+    assert [asked_form(request) for request in server.requests] == ["json"] * 4
+    assert [is_trial(request) for request in server.requests] == [True, False, False, False]
     assert {atom["claim"] for turn in record.turns[1:] for atom in turn.atoms} >= {"gridworld.Go"}
 
 

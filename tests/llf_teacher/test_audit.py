@@ -220,7 +220,7 @@ def test_an_answer_that_leaks():
     assert found.caught
     assert found.leaks == sum(n for (kind, _), n in found.claims.items() if kind == FP)
     assert found.examples[0].what == "leak"
-    assert found.teacher == "blabber"
+    assert found.teacher == f"{__name__}:blabber"
     assert not audit(GRID, silent(), turns=60).caught
     with pytest.raises(AssertionError, match=r"blabber was caught in llf-gridworld-v0:\n  Finding\(what='leak'"):
         check_teacher(GRID, blabber(), turns=60)

@@ -23,6 +23,11 @@ GRID, BANDIT = "llf-gridworld-v0", "llf-bandits-BanditTenArmedGaussian-v0"
 LIE = "Believe me."
 
 
+def shown(request):
+    """The claims that a question shows."""
+    return [json.loads(line) for line in request["messages"][-1]["content"].partition("True now:\n")[2].splitlines()]
+
+
 class Liar:
     """Says what is true by what it is told; in every tenth answer, by a hash, it advises what it should warn of."""
 
@@ -30,7 +35,7 @@ class Liar:
         self.lies = 0
 
     def __call__(self, request):
-        true = json.loads(request["messages"][-1]["content"].partition("The same as claims: ")[2])
+        true = shown(request)
         advice = next((claim for claim in true if claim["type"] in ("Go", "Pull")), None)
         warning = next((claim for claim in true if claim["type"] == "Avoid"), None)
         if advice and warning and hashlib.sha256(json.dumps(request).encode()).digest()[0] < 26:
@@ -40,8 +45,8 @@ class Liar:
 
 
 def spec(url, **settings):
-    settings = {"answer": "json"} | settings
-    return str(LLMTeacher("m", url, says="claims", input_price=1.0, output_price=1.0, **settings))
+    settings = {"answer": "json", "history": 20, "says": "claims" if settings.get("filter") else "both"} | settings
+    return str(LLMTeacher("m", url, input_price=1.0, output_price=1.0, **settings))
 
 
 def played(path, teacher, **changes):
@@ -59,23 +64,25 @@ def test_a_study_finds_the_lies_of_a_model_and_no_others(tmp_path):
         results = played(tmp_path / "s.db", spec(server.url), max_turns=12, seeds=5)
     atoms = [atom for turn in turns_of(results) for atom in turn["atoms"] if atom["kind"]]
     assert sum(row["distorted"] for row in results.rows()) == liar.lies > 5
-    assert [atom["label"] == "distorted" for atom in atoms] == [not atom["text"] for atom in atoms]
+    later = [atom for turn in turns_of(results) for atom in turn["atoms"] if turn["turn"]]
+    assert [atom["label"] == "distorted" for atom in later] == [not atom["text"] for atom in later]
+    first = sum(atom["label"] == "distorted" for atom in atoms) - sum(atom["label"] == "distorted" for atom in later)
     assert 0.04 < liar.lies / len(server.requests) < 0.2  # equal requests are answered alike
-    assert sum(row["unchecked"] for row in results.rows()) == liar.lies, "its own words"
+    assert sum(row["unchecked"] for row in results.rows()) == liar.lies - first, "its own words"
     assert not any(turn["unbuilt"] or turn["withheld"] for turn in turns_of(results))
     form = server.requests[0]["response_format"]["json_schema"]["schema"]
     assert form["properties"]["claims"]["items"]["anyOf"]
-    assert "Go(action: one of north" in server.requests[0]["messages"][0]["content"]
+    assert "Go(action" not in server.requests[0]["messages"][0]["content"], "the claims shown and the schema say it"
 
 
 def test_an_audit_finds_them_too():
     liar = Liar()
     with ScriptedEndpoint(liar) as server:
-        teacher = LLMTeacher("m", server.url, says="claims", answer="json").arguments()["teacher"]
+        teacher = LLMTeacher("m", server.url, says="both", answer="json", history=20).arguments()["teacher"]
         found = audit(GRID, teacher, turns=100, students=["random"], instruction_types=["b"], max_turns=10)
     assert found.count(Label.DISTORTED) == liar.lies > 3
     assert found.caught
-    assert {example.text for example in found.examples} == {""}
+    assert {example.text for example in found.examples if example.turn} == {""}
 
 
 @pytest.mark.parametrize("claims", [True, False])
@@ -84,7 +91,7 @@ def test_false_words_beside_true_claims_are_read_or_not_said(tmp_path, claims, f
     """A filter lets nothing pass that is not checked."""
 
     def answer(request):
-        true = json.loads(request["messages"][-1]["content"].partition("The same as claims: ")[2])
+        true = shown(request)
         advice = [claim for claim in true if claim["type"] == "Go"]
         warnings = [claim["action"] for claim in true if claim["type"] == "Avoid"]
         text = f"Go {warnings[0]} next." if warnings else ""
@@ -107,7 +114,7 @@ def test_a_filter_withholds_the_lies_and_nothing_else(tmp_path):
     liar = Liar()
     with ScriptedEndpoint(liar) as server:
         results = played(tmp_path / "s.db", spec(server.url, filter=True), ids=[GRID], max_turns=15, seeds=12)
-    turns = [turn for turn in turns_of(results) if turn["turn"]]
+    turns = turns_of(results)
     assert sum(turn["withheld"] or 0 for turn in turns) == liar.lies > 3
     assert not any(LIE in turn["feedback"] for turn in turns)
     assert {atom["label"] for turn in turns for atom in turn["atoms"]} == {"truthful"}
@@ -119,12 +126,12 @@ def test_a_hostile_model_is_counted_and_plays_to_the_end(tmp_path, monkeypatch, 
     monkeypatch.setenv("LLF_LLM_API_KEY", KEY)
     answers = iter(ANSWERS.values())
     with ScriptedEndpoint(lambda request: next(answers, "{}")) as server:
-        results = played(tmp_path / "s.db", spec(server.url, filter=filter), ids=[GRID], seeds=3, max_turns=12)
+        results = played(tmp_path / "s.db", spec(server.url, filter=filter), ids=[GRID], seeds=30, max_turns=1)
     assert len(server.requests) > len(ANSWERS)
-    turns = [turn for turn in turns_of(results) if turn["turn"]]
+    turns = turns_of(results)
     assert len(turns) == len(server.requests)
     assert sum(turn["unbuilt"] or 0 for turn in turns) == len(ANSWERS)
-    said = [atom["fields"].get("room") for turn in turns for atom in turn["atoms"]]
+    said = [atom["fields"].get("room") for turn in turns for atom in turn["atoms"] if atom["kind"]]
     assert said == ([] if filter else ["***"])
     assert not files_with(KEY, tmp_path)
 
@@ -134,9 +141,9 @@ def test_huge_answers_take_bounded_time_and_memory(tmp_path):
     answers = iter(HUGE.values())
     with ScriptedEndpoint(lambda request: next(answers, "{}")) as server:
         began = time.process_time()
-        results = played(tmp_path / "s.db", spec(server.url), ids=[GRID], seeds=1, max_turns=len(HUGE) + 1)
+        results = played(tmp_path / "s.db", spec(server.url), ids=[BANDIT], seeds=1, max_turns=len(HUGE))
         seconds = time.process_time() - began
-    turns = [turn for turn in turns_of(results) if turn["turn"]]
+    turns = turns_of(results)
     assert len(turns) == len(server.requests) == len(HUGE) + 1
     assert all(turn["unbuilt"] for turn in turns[:3] + turns[5:9])
     assert len(json.dumps(server.requests[-1])) < 200_000, "nine answers of 1.5 MB came before"
@@ -156,8 +163,10 @@ def test_a_student_sends_back_nothing_of_a_huge_answer_that_is_no_action():
 @pytest.mark.parametrize(
     ("settings", "match"),
     [
-        ({"says": "nothing"}, "unknown value of says 'nothing'; allowed: words, claims"),
-        ({"filter": True}, "filter must be False, or True with says='claims', got True"),
+        ({"says": "nothing"}, "unknown value of says 'nothing'; allowed: claims, both, words"),
+        ({"says": "words", "filter": True}, "filter must be False, or True with says='claims', got True"),
+        ({"most_claims": 0}, "most_claims must be"),
+        ({"most_claims": 33}, "most_claims must be"),
         ({"answer": "xml"}, "answer must be one of auto, json, tool, text, got 'xml'"),
         ({"says": "claims", "filter": 1}, "filter must be False, or True with says='claims', got 1"),
     ],

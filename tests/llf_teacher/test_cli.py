@@ -183,6 +183,18 @@ def test_a_store_is_checked(tmp_path):
     assert result.stderr.startswith("study.db, result, row 2: the episode ")
 
 
+def test_the_short_form_of_a_study_takes_the_options_of_run_in_any_order(tmp_path):
+    shown = llf("study", "--help", COLUMNS="200").stdout
+    assert (
+        shown.index("is short for `llf study run FILE.toml`") < shown.index("--retry-failed") < shown.index("--shard")
+    )
+    (tmp_path / "study.toml").write_text(STUDY + "max_turns = 2\n")
+    given = ("--store", "other.db", "--workers", "1", "study.toml", "--fail-fast", "--report", "other.html")
+    result = llf("study", *given, cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["other.db", "other.html", "study.toml"]
+
+
 def test_a_study_without_any_episode_played_has_no_report(tmp_path):
     (tmp_path / "study.toml").write_text(STUDY.replace("obedient", "agents_of_mine:Broken"))
     (tmp_path / "agents_of_mine.py").write_text(

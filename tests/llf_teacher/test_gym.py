@@ -18,10 +18,12 @@ from sampling import IDS
 from shelf import is_complete
 
 import llf_teacher
+from llf_teacher.episodes.recorder import Recorder
 from llf_teacher.registry import PREFIX, entry
 from pz_envs.family import all_families
 from teachers.atoms import Atom, ParseFailure, Utterance
 from teachers.personalities.delayed import Delayed
+from teachers.words import VERDICTS
 from worlds.testing import plain, some_actions
 
 SHOWCASE = [PREFIX + family.showcase[0] for family in all_families()]
@@ -211,6 +213,46 @@ def test_privileged_info():
     env = llf_teacher.make(GRID, privileged_info=True)
     assert env.reset(seed=0)[1]["moment"].after == env.session.world.truth
     assert env.step(0)[4]["moment"].turn == 1
+
+
+@pytest.mark.parametrize(
+    ("id", "teacher", "values"),
+    [
+        *((id, "mistake(eps=0.5) | delayed(turns=1)", {True, False}) for id in SHOWCASE),
+        (GRID, "misaligned", {True, False}),
+        ("llf-bandits-BanditTenArmedRandomFixed-v0", "partial", {True, None}),  # it hedges
+    ],
+)
+def test_the_info_says_of_each_claim_whether_it_is_true(id, teacher, values):
+    """As the labels of studies do; without `privileged_info` nothing says it."""
+    env, plain = llf_teacher.make(id, teacher=teacher, privileged_info=True), llf_teacher.make(id, teacher=teacher)
+    recorder, said = Recorder(env.family.name, env.student_view), []
+    for seed in (0, 1):
+        _, info = env.reset(seed=seed)
+        assert "true" not in plain.reset(seed=seed)[1]
+        for action in (None, *some_actions(env.session.world, 4)):
+            if action is not None:
+                *_, info = env.step(action)
+            labels = [label for _, label in recorder.check(env.session.turn)]
+            assert info["true"] == tuple(VERDICTS[label].holds for label in labels)
+            assert len(info["true"]) == len(info["atoms"])
+            said += info["true"]
+            if env.session.done:
+                break
+    assert set(said) == values
+
+
+def test_truth_is_unknown_of_turns_that_were_played_elsewhere():
+    first = llf_teacher.make(GRID, teacher="delayed(turns=1)", privileged_info=True)
+    moments = [first.reset(seed=0)[1]["moment"], first.step(0)[4]["moment"]]
+    said = {}
+    for past in (moments[:1], ()):
+        env = llf_teacher.make(GRID, teacher="delayed(turns=2)", privileged_info=True)
+        env.reset(seed=0)
+        env.resume_from(moments[1], past=past)
+        *_, info = env.step(0)
+        said[len(past)] = {true for atom, true in zip(info["atoms"], info["true"], strict=True) if not atom.about_turn}
+    assert said == {1: {True}, 0: {None}}
 
 
 @pytest.mark.parametrize("id", SHOWCASE)

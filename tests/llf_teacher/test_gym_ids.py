@@ -306,6 +306,10 @@ def test_list_says_what_each_tier_says():
         assert text in shown
     assert "reward (r), praise (hp), blame (hn), advice (fp), warning (fn)" in shown
     shown = llf("list", "gym:CartPole-v1").stdout
+    first = shown.splitlines()[0]
+    assert first.endswith(
+        'Anderson in "Neuronlike Adaptive Elements That Can Solve Difficult Learning Control Problem".'
+    )
     assert "real numbers" in shown
     assert "pass oracle=Expert(policy=f)" in shown
     assert "with oracle='rewards' what was paid is said in words" in shown

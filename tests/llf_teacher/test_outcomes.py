@@ -10,7 +10,7 @@ from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.studies.analysis.contrasts import can_differ, least_p
 from llf_teacher.studies.analysis.outcomes import outcomes, paired
 from llf_teacher.studies.analysis.power import needs, power, seeds_needed
-from llf_teacher.studies.analysis.primary import primary_needs
+from llf_teacher.studies.analysis.primary import primary, primary_needs
 from llf_teacher.studies.analysis.statistics import paired_difference
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.episode import play
@@ -130,9 +130,26 @@ def test_a_pilot_says_what_its_comparisons_need():
     rows += [row(regret, seed=seed, teacher="oracle") for seed, regret in enumerate(regrets)]
     rows += [row(1.0, seed=seed, teacher="oracle", student="random") for seed in range(8)]
     (need,) = needs(outcomes(rows), "silent", 0.1)
-    assert (need.teacher, need.student, need.pairs) == ("oracle", "obedient", 8)
-    assert need.spread == pytest.approx(np.std(regrets, ddof=1) / 10)  # a tenth of the baseline's regret is the unit
+    assert (need.teacher, need.other, need.student, need.pairs) == ("oracle", "silent", "obedient", 8)
+    assert need.spread == pytest.approx(np.std(regrets, ddof=1) / (10 + regrets.mean()))  # of scores
     assert need.seeds == seeds_needed(0.1, need.spread) < need.safe
+    (in_unit,) = needs(outcomes(rows), "silent", 1.0, "regret")
+    assert in_unit.spread == pytest.approx(np.std(regrets, ddof=1))
+    (turned,) = needs(outcomes(rows), "none", 0.1, compare=[("silent", "oracle")])
+    assert turned.spread == pytest.approx(need.spread)
+
+
+def test_a_score_needs_regret_with_the_other_teacher():
+    rows = [row(0.01 + seed / 1000, seed=seed) for seed in range(8)]
+    rows += [row(5.0 + seed, seed=seed, teacher="hinter") for seed in range(8)]
+    assert list(needs(outcomes(rows), "silent", 0.1)) == primary_needs(outcomes(rows), "silent", 0.1) == []
+    (need,) = needs(outcomes(rows), "silent", 1.0, "regret")
+    assert need.seeds == seeds_needed(1.0, need.spread)
+    (found,) = primary(outcomes(rows), "silent", None)
+    assert not found.ratio
+    assert found.differences[0].mean == pytest.approx(8.5 - 0.0135)
+    (turned,) = primary(outcomes(rows), "hinter", None)
+    assert turned.ratio
 
 
 def test_primary_comparisons_need_what_their_scores_need():
@@ -140,10 +157,10 @@ def test_primary_comparisons_need_what_their_scores_need():
     silent, oracle = rng.uniform(8, 12, 9), rng.uniform(4, 8, 9)
     rows = [row(regret, seed=seed) for seed, regret in enumerate(silent)]
     rows += [row(regret, seed=seed, teacher="oracle") for seed, regret in enumerate(oracle)]
-    (found,) = primary_needs(outcomes(rows), "silent", 0.5)
+    (found,) = primary_needs(outcomes(rows), "silent", 1 / 3)
     assert (found.family, found.pairs) == ("all", 9)
     assert found.spread == pytest.approx(np.std((silent - oracle) / (silent.mean() + oracle.mean()), ddof=1))
-    assert found.seeds == seeds_needed(1 / 3, found.spread)  # half the regret is a score of a third
+    assert found.seeds == seeds_needed(1 / 3, found.spread)
     assert primary_needs(outcomes(rows), "silent", 0.5, patterns=[{"teacher": "hinter"}]) == []
 
 
@@ -155,7 +172,7 @@ def test_the_safe_number_is_enough_in_four_pilots_of_five():
         regrets = 10 - 10 * rng.normal(0.5, 1.0, 10)
         rows = [row(10.0, seed=seed) for seed in range(10)]
         rows += [row(regret, seed=seed, teacher="oracle") for seed, regret in enumerate(regrets)]
-        (need,) = needs(outcomes(rows), "silent", 0.5)
+        (need,) = needs(outcomes(rows), "silent", 5.0, "regret")
         enough += need.safe >= true
     assert enough / 100 == pytest.approx(0.8, abs=0.08)
 
@@ -178,7 +195,7 @@ def test_the_command_reads_a_pilot(tmp_path):
     ):
         needed = max(each.seeds for each in found), max(each.safe for each in found)
         end = f"in every {which}, use {needed[0]} seeds, or {needed[1]} to be safe."
-        assert f"against silent with a probability of 0.8 {end}" in said
+        assert f"To find a score of 0.2 with a probability of 0.8 {end}" in said
     with pytest.raises(ValueError, match=r"has too few episodes: .* with 'placebo' and with another teacher"):
         CliRunner().invoke(
             app,
@@ -187,6 +204,6 @@ def test_the_command_reads_a_pilot(tmp_path):
         )
 
 
-def test_a_measure_is_one_of_two():
-    with pytest.raises(ValueError, match=r"unknown measure 'regret'; .*allowed: gain, success"):
-        list(needs({}, "silent", 0.1, "regret"))
+def test_a_measure_is_one_of_three():
+    with pytest.raises(ValueError, match=r"unknown measure 'gain'; .*allowed: score, regret, success"):
+        list(needs({}, "silent", 0.1, "gain"))

@@ -14,6 +14,7 @@ from teachers.terminal import Waiting
 from teachers.words import KIND_MEANINGS
 
 GRID = "llf-gridworld-v0"
+LEFT = r"(None|\d+) of the \d+ checked sentences (was|were) false\.\n(  .*\n)*You left the episode\.\n\Z"
 COLOUR = re.compile(r"\x1b\[[0-9;]*3[0-9][0-9;]*m")
 
 
@@ -32,6 +33,42 @@ def test_the_student_sees_turns_rewards_and_a_map():
     assert "Turn 1 of 2, 1 left; reward 0 in all\nThe student: west (reward 0)\n" in out
     assert "[cellar-1]" in out
     assert re.search(r"^advice: \w", out, re.MULTILINE)
+
+
+@pytest.mark.parametrize(
+    ("command", "text"),
+    [
+        ((), "west\nsouth\n"),
+        ((), "west\nq\n"),
+        (("--seat", "teacher"), "a\n" * 3),
+        (("--student", "obedient"), ""),
+    ],
+)
+def test_the_end_tells_which_sentences_were_false(command, text):
+    """The same as the episode's record, also if a person leaves."""
+    given = (GRID, "--teacher", "mistake(eps=0.5)", "--seed", "7", "--max-turns", "2", *command)
+    out = play(*given, text=text)
+    turn, end = r"  turn \d, (?:reward|praise|blame|advice|warning): ", out[out.rindex("checked sentences") - 20 :]
+    number, checked = map(int, re.search(r"(\d+) of the (\d+) checked sentences were false\.", end).groups())
+    assert 0 < number < checked
+    assert len(re.findall(f"^{turn}", end, re.MULTILINE)) == number
+    if command == ("--student", "obedient"):
+        assert out.count("[✗ false]") == number
+        assert out.count("[✓ true]") == checked - number
+
+
+def test_an_honest_teacher_said_nothing_false():
+    out = play(GRID, "--seed", "7", "--max-turns", "1", text="west\n")
+    assert re.search(r"\nNone of the \d+ checked sentences was false\.\n\Z", out)
+
+
+def test_what_is_not_judged_is_counted():
+    command = (GRID, "--seat", "teacher", "--own-words", "--seed", "7", "--max-turns", "2")
+    out = " ".join(play(*command, text="\nNow head south.\nHm.\n").split())
+    assert out.endswith(
+        "1 of the 6 checked sentences was false. Not judged: 1; words that are not read, and hedges, are neither true "
+        "nor false. turn 1, advice: Now head south."
+    )
 
 
 def test_an_empty_line_repeats_nothing():
@@ -112,7 +149,7 @@ def test_what_is_no_action_costs_no_turn(word):
     assert "not understood" not in out
     assert " q or Ctrl-D to leave.\n" in out
     if word.strip(":").lower() in ("q", "quit", "exit"):
-        assert out.endswith("Turn 1> \nYou left the episode.\n")
+        assert re.search(r"Turn 1> \n" + LEFT, out)
         return
     assert out.count("Turn 1> ") == 2
     assert "Over after 2 turns" in out
@@ -126,7 +163,7 @@ def test_what_a_world_does_not_list_costs_no_turn():
     out = play("llf-alfworld-v0", "--seed", "7", "--max-turns", "9", text="help\ngo to frige 1\nlook\nquit\n")
     assert out.count("Turn 1> ") == 3
     assert "No turn is lost: unknown action 'go to frige 1'; did you mean go to fridge 1 or " in out
-    assert out.endswith("Turn 2> \nYou left the episode.\n")
+    assert re.search(r"Turn 2> \n" + LEFT, out)
     assert "Nothing happens" not in out
     assert "Available commands" not in out
 
@@ -187,7 +224,7 @@ def test_the_teacher_leaves_at_each_question(word, before):
     """Also when the budget is spent, where an empty line goes on."""
     command = (GRID, "--seat", "teacher", "--seed", "3", "--budget", "1")
     out = play(*command, text=f"{before}{word}\n")
-    assert out.endswith("> \nYou left the episode.\n")
+    assert re.search(r"> \n" + (LEFT if before else r"You left the episode\.\n\Z"), out)
     assert ("budget of 1 is spent" in out) == bool(before)
 
 
@@ -198,7 +235,7 @@ def test_a_word_that_is_an_action_is_taken(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
     out = play("gym:hall:Hall", "--seed", "1", text="quit\n:q\n")
     assert "The student: quit (reward 0)" in out
-    assert out.endswith("Turn 2> \nYou left the episode.\n")
+    assert re.search(r"Turn 2> \n" + LEFT, out)
 
 
 HALL = """

@@ -31,7 +31,7 @@ def path(tmp_path_factory):
 def test_each_figure_stands_alone_with_its_data(path, tmp_path):
     result = CliRunner().invoke(app, ["study", "figures", f"{tmp_path / 'f'}", "--store", f"{path}"])
     assert result.exit_code == 0, result.output
-    names = {"findings-scores", "overall-profiles", "bandits-b-a-dots", "bandits-b-a-curves"}
+    names = {"findings-scores", "findings-differences", "overall-profiles", "bandits-b-a-dots", "bandits-b-a-curves"}
     assert {file.name for file in (tmp_path / "f").iterdir()} == {
         f"{n}.{s}" for n in names for s in ("svg", "pdf", "csv")
     }

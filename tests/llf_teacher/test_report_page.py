@@ -62,10 +62,13 @@ def test_findings_come_first_and_are_computed(html, path):
     assert "Most helpful" not in text
 
 
-def test_with_too_few_seeds_findings_say_so_first(path):
+def test_with_too_few_seeds_findings_say_so_at_once(path):
     few = Study(**{**STUDY.as_dict(), "seeds": 4})
-    text = told(render(Store(path), few))
-    assert text.index("Too few seeds. With 4 seeds and 2 primary comparisons the smallest possible p is 0.25") < 70
+    html = render(Store(path), few)
+    text = told(html)
+    assert re.search(r"Whether obedient loses more with oracle or with silent, over 2 families, is not decided", html)
+    assert "Not decided: 4 seeds are too few for any difference to be significant." in text
+    assert "Too few seeds. With 4 seeds and 2 primary comparisons the smallest possible p is 0.25" in text
     assert "It takes at least 7 seeds." in text
     assert "No difference is supported." in text
     assert "Needed: of the 2 open comparisons the nearest, oracle for obedient" in text
@@ -78,7 +81,7 @@ def test_the_largest_surprise_contradicts_what_is_said(path):
     better = liar._replace(score=liar.score._replace(estimate=liar.score.estimate._replace(mean=0.4)))
     surprise = findings._surprise(data, [liar, better])
     assert surprise.found is better
-    assert surprise.teacher.truthful < surprise.baseline.truthful == 1
+    assert surprise.teacher.truthful < surprise.baseline.truthful
     assert surprise.baseline.distorted == 0
 
 
@@ -113,7 +116,7 @@ def test_policy_allows_the_pages_own_style_and_script_only(html):
 
 def test_each_figure_has_its_data_and_leads_to_its_transcripts(html, path):
     figures = re.findall(r'<figure id="([^"]*)">(.*?)</figure>', html, re.DOTALL)
-    assert len(figures) == 6
+    assert len(figures) == 7
     for name, figure in figures:
         address = re.search(rf'download="{name}.csv" href="data:text/csv;charset=utf-8,([^"]*)"', figure)[1]
         rows = list(csv.DictReader(io.StringIO(unquote(address.replace("&#39;", "'").replace("&amp;", "&")))))
@@ -178,5 +181,6 @@ def test_the_terminal_has_the_findings_of_the_page(tmp_path):
     html = unescape(re.sub(r"<[^>]+>", "", (tmp_path / "study.html").read_text(encoding="utf-8")))
     assert listed
     assert all(" ".join(line.split()) in " ".join(html.split()) for line in listed)
-    assert re.search(r"oracle +. +text_only +. +[01]\.\d\d ", result.stderr)
+    assert re.search(r"oracle +. +silent +. +text_only +. +-\d+\.\d\d .* [01]\.\d\d ", result.stderr)
+    assert listed[0].startswith("text_only loses less with oracle than with silent: ")
     assert result.stderr.rstrip().endswith("study.html")

@@ -135,7 +135,7 @@ def test_functions_of_one_conversation_and_coroutines():
     together = []
 
     def by_prompt(prompt):
-        assert "The task:" in prompt
+        assert "Your action?" in prompt
         return WEST
 
     async def by_messages(messages):

@@ -9,12 +9,13 @@ import pytest
 from llf_teacher.episodes.record import unchecked
 from llf_teacher.models.testing import ScriptedEndpoint
 from llf_teacher.speakers.llm_teacher import LLMTeacher
+from llf_teacher.speakers.parsing import parse_teacher
 from llf_teacher.speakers.rewriter import Rewriter
 from llf_teacher.speakers.speaker import CustomTeacher, Voiced
 from llf_teacher.speakers.voice import Toned
 from llf_teacher.students.chat import chat_student
 from llf_teacher.studies import run
-from llf_teacher.studies.definition.custom_specs import parse_teacher, teacher_spec
+from llf_teacher.studies.definition.custom_specs import teacher_spec
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.execution.runner import RunOptions
@@ -209,7 +210,8 @@ def teach(request):
 def test_a_model_teaches(tmp_path, knows):
     """It is told the task, what was done and, if it may know, what is true; all it says is unchecked."""
     with ScriptedEndpoint(teach) as server:
-        spec = f"llm_teacher(model='m', base_url='{server.url}', knows='{knows}', input_price=1.0, output_price=1.0)"
+        options = f"knows='{knows}', says='words', history=20, input_price=1.0, output_price=1.0"
+        spec = f"llm_teacher(model='m', base_url='{server.url}', {options})"
         shown = [{"teacher": "llm_teacher*"}]
         study = Study(teachers=[spec, "oracle"], transcripts=shown, **(GRID | {"students": ["text_only"]}))
         assert study.named[study.teachers[0]] == "llm_teacher(m)"
@@ -223,14 +225,13 @@ def test_a_model_teaches(tmp_path, knows):
     assert mine["unchecked"] == 2 * (len(turns) - 1)
     first = server.requests[0]["messages"]
     assert turns[0]["instruction"] in first[0]["content"]
-    assert ("What is true" in first[1]["content"]) == (knows == "claims")
+    assert ("True now" in first[1]["content"]) == (knows == "claims")
     assert "<think>" not in json.dumps([request["messages"] for request in server.requests])
     (spent,) = results.manifest["llm"]
     assert spent["requests"] == len(turns) - 1
     assert spent["usd"] > 0
-    assert {**mine, "regrets": 0} == next(
-        {**row, "regrets": 0} for row in again.rows() if row["teacher"] == mine["teacher"]
-    )
+    measured = {"regrets": 0, "teacher_seconds": 0}
+    assert mine | measured == next(row | measured for row in again.rows() if row["teacher"] == mine["teacher"])
     with Store(results.path) as store:
         data = read(store, study)
         shares = {account.teacher: account.unchecked for account in accounts(data, "b", "a")}
@@ -238,12 +239,12 @@ def test_a_model_teaches(tmp_path, knows):
     assert shares == {study.teachers[0]: 1.0, "oracle": 0.0}
     assert "<code>llm_teacher(m)</code>" in html
     assert "In words of its own, as they were read below:" in html
-    assert "You are a teacher, and teach by what you say." in html
+    assert "You teach a student that acts in a world." in html
 
 
 def test_a_text_that_is_no_action_is_answered_without_the_model():
     with ScriptedEndpoint(teach) as server:
-        spec = f"llm_teacher(model='m', base_url='{server.url}')"
+        spec = f"llm_teacher(model='m', base_url='{server.url}', says='words')"
         study = Study(teachers=[spec], **(GRID | {"students": [chat_student(lambda prompt: "hm")]}))
         record = play(next(study.episodes()))
     assert record.episode.parse_failures == 3

@@ -49,9 +49,9 @@ def test_the_quickstart_covers_what_it_promises():
     assert len(study.teachers) >= 6
     assert len(study.seeds) == 10
     assert {"random", "obedient", "text_only", "oracle", "reward_only"} <= set(study.students)
-    assert study.baseline == "delayed(turns=2)"
-    assert study.primary == ({"teacher": "mistake(eps=0.3)"},)
-    assert all({study.baseline, "mistake(eps=0.3)"} <= set(study.grid(id).teachers) for id in study.ids)
+    assert study.question == "Do late words cost a student more, or wrong ones?"
+    assert study.compare == (("delayed(turns=2)", "mistake(eps=0.3)"),)
+    assert all(set(study.compare[0]) <= set(study.grid(id).teachers) for id in study.ids)
 
 
 def test_any_sequence_is_a_list_and_kept_as_a_tuple():

@@ -1,5 +1,6 @@
 """SmolLM2-135M behind llama.cpp: a lesson and a quick study, from the commands that a user types."""
 
+import json
 import os
 import signal
 
@@ -14,10 +15,12 @@ from llf_teacher.models.cache import spending
 from llf_teacher.models.local import catalogue, endpoint
 from llf_teacher.models.local.server import servers
 from llf_teacher.models.model import Model, ModelSettings
+from llf_teacher.speakers.llm_teacher import LLMTeacher
 from llf_teacher.students.conversation import Conversation
 from llf_teacher.studies import load
 from llf_teacher.suite import take
 from pz_envs.text.answer_formats import THOUGHT
+from pz_envs.text.message_formats import FEW_CLAIMS
 
 STUDENT = "llm(model='local:smollm2-135m', history=2)"
 STUDY = f"""
@@ -127,12 +130,28 @@ def test_its_grammar_keeps_the_schema_of_each_family(id):
 
 
 def test_a_model_teaches():
-    teacher = "llm_teacher(model='local:smollm2-135m', max_tokens=30)"
+    teacher = "llm_teacher(model='local:smollm2-135m')"
     done = llf(
         "play", "llf-gridworld-v0", "--student", "random", "--teacher", teacher, "--seed", "3", "--max-turns", "1"
     )
     assert done.returncode == 0, done.stderr
-    assert "teacher, " in done.stdout
+    assert "The teacher's model gave 2 answers: " in done.stdout
+    assert "cut at max_tokens" not in done.stdout
+
+
+@pytest.mark.parametrize("id", IDS)
+def test_its_grammar_keeps_the_schema_of_each_familys_claims(id):
+    """Also at a temperature at which it talks nonsense, and without the claims that it could copy."""
+    teacher = LLMTeacher("local:smollm2-135m", temperature=1.5, extra={"top_k": 0}, knows="nothing")
+    policy = teacher.arguments()["teacher"]
+    env = llf_teacher.make(id, teacher=policy)
+    env.reset(seed=1)
+    env.step(env.unwrapped.session.world.sample_action(np.random.default_rng(0)))
+    assert policy.reply.form == "json"
+    assert policy.reply.finish == "stop"
+    said = json.loads(policy.reply.answer)["claims"]
+    assert len(said) <= FEW_CLAIMS
+    assert {each["type"] for each in said} <= set(env.unwrapped.session.teacher_turns[0].vocabulary.classes)
 
 
 def test_the_same_question_has_the_same_answer():

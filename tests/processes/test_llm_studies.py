@@ -131,7 +131,7 @@ def test_a_limit_stops_a_study_and_a_higher_one_goes_on(tmp_path):
         stopped = run_here(tmp_path, "--llm-budget", "8")
         assert stopped.returncode == 1
         assert "llf: the spending limit of 8 USD is reached" in stopped.stderr
-        assert "raise it (--llm-budget, of llf suite --budget) to go on" in stopped.stderr
+        assert "raise it (--llm-budget) to go on" in stopped.stderr
         assert "Traceback" not in stopped.stderr
         spent = [usd for _, _, usd in ledger(tmp_path / "study.llm.db")]
         assert 8 - 2 * 3.6 < sum(spent) <= 8, "never exceeded, and not left by more than two answers could cost"
@@ -151,7 +151,7 @@ def test_a_limit_stops_a_study_and_a_higher_one_goes_on(tmp_path):
 def test_a_limit_stops_the_suite(tmp_path):
     with ScriptedEndpoint(wanderer()) as server:
         student = f"llm(model='m', base_url='{server.url}', answer='text', input_price=1000, output_price=1000)"
-        options = ("--student", student, "--quick", "--only", "advice", "--workers", "1", "--budget", "5")
+        options = ("--student", student, "--quick", "--only", "advice", "--workers", "1", "--llm-budget", "5")
         stopped = llf("suite", *options, cwd=tmp_path, LLF_LLM_API_KEY=KEY)
     assert stopped.returncode == 1
     assert "llf: the spending limit of 5 USD is reached" in stopped.stderr

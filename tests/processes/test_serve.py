@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import os
 import re
 import signal
 import socket
@@ -57,6 +58,34 @@ def test_a_bad_request_is_a_line_of_the_log():
     assert re.fullmatch(r"WARNING: +Invalid HTTP request received\.\n", errors), errors
 
 
+def test_a_request_whose_body_never_ends_is_ended_by_ctrl_c():
+    head = "POST /lessons HTTP/1.1\r\nHost: {}\r\nContent-Type: application/json\r\nContent-Length: 99\r\n\r\n{{"
+    with serving() as (server, address):
+        host = address.removeprefix("http://").rstrip("/")
+        with socket.create_connection(host.split(":"), 60) as connection:
+            connection.sendall(head.format(host).encode())
+            get(address).close()  # the server has the other request by now
+            server.send_signal(signal.SIGINT)
+            assert connection.recv(1000).startswith(b"HTTP/1.1 503 ")
+            _, errors = server.communicate(timeout=60)
+    assert re.fullmatch(r"ERROR: +Cancel 1 running task\(s\), timeout graceful shutdown exceeded\n", errors), errors
+
+
+def test_teachers_and_students_of_ones_own_are_offered(tmp_path, monkeypatch):
+    module = "from teachers.personality import personality\n\n\n@personality()\ndef shy(claims, view):\n"
+    (tmp_path / "moods.py").write_text(f'{module}    """Says one thing."""\n    return claims[:1]\n')
+    monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{os.environ.get('PYTHONPATH', '')}")
+    with serving("--teacher", "moods:shy") as (_, address):
+        with get(address) as page:
+            assert b'<option value="moods:shy">' in page.read()
+        given = {"id": "llf-gridworld-v0", "seat": "watch", "teacher": "vague | moods:shy"}
+        request = urllib.request.Request(
+            f"{address}lessons", json.dumps(given).encode(), {"Content-Type": "application/json"}
+        )
+        with urllib.request.urlopen(request, timeout=60) as answer:
+            assert json.load(answer)["page"].startswith("/seat/")
+
+
 def test_only_this_machine_is_answered():
     with serving() as (_, address):
         assert address.startswith("http://127.0.0.1:")
@@ -70,6 +99,8 @@ def test_only_this_machine_is_answered():
         (("--replay", "none.db"), "there is no file none.db"),
         (("--environment", "gym:NoSuch-v0"), "NoSuch"),
         (("--host", "0.0.0.0"), "No such option"),
+        (("--teacher", "nowhere:Shy"), "cannot import the module 'nowhere'"),
+        (("--student", "nowhere:Shy"), "cannot import the module 'nowhere'"),
     ],
 )
 def test_what_does_not_work_is_one_line(arguments, why):

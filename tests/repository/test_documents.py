@@ -4,11 +4,13 @@ import importlib
 import itertools
 import re
 import runpy
+import shlex
 import shutil
 import tomllib
 from collections import Counter
 
 import pytest
+from commands import llf
 from documents import BLOCK, DOCUMENTS, ROOT, python_blocks
 
 import llf_teacher
@@ -61,6 +63,14 @@ def test_the_two_commands():
     assert '    pip install -e ".[all]" -c constraints.txt && llf study' in readme
     assert '    pip install -e ".[all,test]" -c constraints.txt && pytest' in readme
     assert 'pip install -e ".[all,test]" -c constraints.txt && pytest' in (ROOT / ".ci" / "run").read_text()
+
+
+def test_the_readme_begins_with_a_lesson_that_is_marked():
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    (command,) = re.findall(r"^    llf (play .+)$", readme, re.MULTILINE)
+    shown = llf(*shlex.split(command)).stdout
+    assert shown.count("[✗ false]") == int(re.search(r"(\d+) of the \d+ checked sentences were false", shown)[1]) > 0
+    assert "[✓ true]" in shown
 
 
 def test_the_two_commands_compile_nothing():

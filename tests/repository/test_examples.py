@@ -4,6 +4,7 @@ import importlib
 import json
 import os
 import re
+import runpy
 import subprocess
 import sys
 from pathlib import Path
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 
 from llf_teacher.models.testing import ScriptedEndpoint
+from llf_teacher.studies.analysis.statistics import Estimate
 
 ROOT = Path(__file__).parents[2]
 
@@ -57,10 +59,31 @@ def test_late_or_wrong(tmp_path):
         "known_results/late_or_wrong",
         *("--seeds", 2, "--workers", 1, "--store", tmp_path / "it.db", "--plot", tmp_path / "it.png"),
     )
-    rows = [line.split(" | ") for line in out.splitlines()[2:]]
+    table, verdict = out.split("\n\n")
+    rows = [line.split(" | ") for line in table.splitlines()[2:]]
     assert len(rows) == 9
     assert rows[0][0] == "| all families"
+    assert verdict.startswith("Verdict: open over all families (score ")
+    assert verdict.endswith("2 seeds); of families open in 8\n")
     assert (tmp_path / "it.png").stat().st_size > 10_000
+
+
+def test_the_verdict_on_late_or_wrong_words_is_that_of_the_tests():
+    example = runpy.run_path(str(ROOT / "examples" / "known_results" / "late_or_wrong.py"))
+    nan = float("nan")
+
+    def found(*lines):
+        return [example["Line"]("family", 1.0, 1.0, Estimate(mean, mean, mean, 6), p) for mean, p in lines]
+
+    families = (0.3, 0.001), (-0.3, 0.001), (0.3, 0.2), (0.1, 0.03)
+    for whole, said in (
+        ((0.2, 0.01), "late words cost more over all families"),
+        ((-0.2, 0.01), "wrong words cost more over all families"),
+        ((0.2, nan), "open over all families"),
+    ):
+        verdict = example["verdict"](found(whole, *families), 6)
+        assert verdict.startswith(f"Verdict: {said} (score {whole[0]:.2f}")
+        assert verdict.endswith(", 6 seeds); of families late in 2, wrong in 1, open in 1")
 
 
 @pytest.mark.full
@@ -100,6 +123,10 @@ def test_a_verdict_on_known_results(monkeypatch, capsys):
     assert "Verdict: open (0 of 3 effects found, 6 seeds)" in capsys.readouterr().out
 
 
+LEFT = {"study": ["quickstart-study.png", "quickstart-study.html"], "learning": ["quickstart-learning.png"]}
+"""The files that a program of the quickstart leaves in the folder."""
+
+
 @pytest.mark.parametrize(
     ("name", "says"),
     [
@@ -108,14 +135,17 @@ def test_a_verdict_on_known_results(monkeypatch, capsys):
         ("agent", r"chat:agent .*\n.* oracle "),
     ],
 )
-def test_a_notebook_of_the_quickstart(name, says):
-    """As a program, shortened; `python docs site` executes it whole."""
+def test_a_notebook_of_the_quickstart(name, says, tmp_path):
+    """As a program, shortened; `python docs site` executes it whole. What it shows and writes stays in the folder."""
     shorter = {"LLF_QUICKSTART_SEEDS": "2", "LLF_QUICKSTART_LIVES": "4", "LLF_QUICKSTART_GENERATIONS": "1"}
     command = [sys.executable, ROOT / "docs" / "quickstart" / f"{name}.py"]
     environment = {**os.environ, "MPLBACKEND": "agg", **shorter}
-    result = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
+    result = subprocess.run(command, capture_output=True, text=True, check=False, env=environment, cwd=tmp_path)
     assert result.returncode == 0, result.stderr
     assert re.search(says, result.stdout)
+    left = re.findall(r"^(?:Figure|Report): (.+)$", result.stdout, re.MULTILINE)
+    assert left == [f"{tmp_path / each}" for each in LEFT.get(name, ())]
+    assert sorted(left) == sorted(map(str, tmp_path.iterdir()))
 
 
 def test_efficiency():
@@ -275,4 +305,24 @@ def test_ways_to_ask(tmp_path, monkeypatch):
     assert (copied["way"], copied["answers"], copied["actions"], copied["copies"]) == ("why", 4, 4, 4)
     assert (own["way"], own["copies"]) == ("why-", 0)
     assert own["regret oracle"] <= own["regret silent"]
+    assert len((tmp_path / "table.jsonl").read_text().splitlines()) == 2
+
+
+def test_model_teachers(tmp_path, monkeypatch):
+    """A model that says all that it is shown, and repeats what the student sees if it is shown nothing."""
+
+    def model(request):
+        lines = request["messages"][-1]["content"].partition("True now:\n")[2].splitlines()
+        return json.dumps({"claims": [*map(json.loads, lines)] or [{"type": "TryAgain"}, {"type": "Fly"}]})
+
+    with ScriptedEndpoint(model) as server:
+        monkeypatch.setenv("LLF_LLM_BASE_URL", server.url)
+        common = ("--ids", "llf-gridworld-v0", "--seeds", 1, "--turns", 3, "--options", ", answer='json'")
+        lines = printed("model_teachers", tmp_path, "m", *common).splitlines()
+    knowing, blind = map(json.loads, lines)
+    assert knowing["claims"] == sum(true for true, _ in knowing["kinds"].values()) > 3
+    assert (knowing["advises"], knowing["repeats"], knowing["unbuilt"]) == (3, 0, 0)
+    assert knowing["regret"]["model"] == knowing["regret"]["oracle"] < knowing["regret"]["silent"]
+    assert (blind["answers"], blind["repeats"], blind["nothing"], blind["unbuilt"]) == (4, 3, 1, 5)
+    assert blind["regret"]["model"] == blind["regret"]["silent"]
     assert len((tmp_path / "table.jsonl").read_text().splitlines()) == 2

@@ -1,5 +1,6 @@
 """Feedback types: what may be asked for, and the random subsets of `m`."""
 
+import pickle
 from itertools import combinations
 
 import numpy as np
@@ -8,9 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import chisquare
 
+import llf_teacher
 from teachers.atoms import FN, FP, HN, HP, KINDS, FeedbackType, R
 from teachers.common import MayAsk, Truism
 from teachers.feedback import draw_kinds, format_kinds, number_of, of_subset, parse_kinds, subset_of
+from teachers.personality import parse_personality, personality
 
 kind_sets = st.sets(st.sampled_from(KINDS))
 
@@ -105,3 +108,36 @@ def test_draws_depend_on_the_seed_and_not_on_the_order_of_the_set(kinds, seed):
     assert drawn[0] == drawn[1]
     assert drawn[0]
     assert drawn[0] <= set(kinds)
+
+
+def test_a_kind_is_its_code_and_its_word():
+    for kind, word in zip(KINDS, ("reward", "praise", "blame", "advice", "warning"), strict=True):
+        assert kind.word == word
+        assert kind == word == kind
+        assert kind == kind.value
+        assert word == kind
+        assert kind in ("nothing", word)
+        assert FeedbackType(word) is kind
+        assert (kind != word) is False
+        assert [other for other in KINDS if other == word] == [kind]
+        assert (str(kind), f"{kind}", hash(kind)) == (kind.value, kind.value, hash(kind.value))
+        assert pickle.loads(pickle.dumps(kind)) is kind
+    assert HP != "prais"
+    assert HP != 1
+    assert format_kinds("praise+warning") == "hp+fn" == format_kinds({"praise", "fn"})
+
+
+def test_a_personality_may_know_kinds_by_words():
+    @personality()
+    def blunt(claims, view):
+        """Says what was bad."""
+        return [claim for claim in claims if claim.kind == "blame"]
+
+    said = []
+    for teacher in (blunt(), "only(kinds='blame')", "only(kinds='hn')"):
+        env = llf_teacher.make("llf-gridworld-v0", teacher=teacher, feedback_type="a")
+        env.reset(seed=7)
+        said.append([env.step(action)[0]["feedback"] for action in (3, 2, 0, 1)])
+    assert said[0] == said[1] == said[2]
+    assert any(said[0])
+    assert f"{parse_personality('only(kinds=' + repr('praise+blame') + ')')}" == "only(kinds='hp+hn')"

@@ -22,7 +22,7 @@ from teachers.personalities.mistake import mistake
 from teachers.personalities.only import Only
 from teachers.personalities.oracle import oracle
 from teachers.personality import PERSONALITIES, Personality, Pipeline, parse_personality, personality
-from teachers.spec import Range, Registry, Share, SpecCall, parse_call, parse_calls
+from teachers.spec import Range, Registry, Share, SpecCall, parse_call, parse_calls, paths_in
 
 NAMES = PERSONALITIES.names
 # Values for parameters; a parameter that is not listed keeps its default.
@@ -124,11 +124,21 @@ class Oracle2(oracle):
     """Derived from one on the shelf."""
 
 
-def test_a_personality_from_elsewhere_is_called_by_its_class():
-    assert str(Sleepy()) == "Sleepy"
-    assert str(Sleepy(3) | Delayed(2) | Oracle2()) == "Sleepy(naps=3) | delayed(turns=2) | Oracle2"
+def test_a_personality_from_elsewhere_is_named_by_its_module_and_class():
+    text = f"{__name__}:Sleepy(naps=3) | delayed(turns=2) | {__name__}:Oracle2"
+    assert str(Sleepy()) == f"{__name__}:Sleepy"
+    assert str(Sleepy(3) | Delayed(2) | Oracle2()) == text
+    assert parse_personality(text) == Sleepy(3) | Delayed(2) | Oracle2()
     with pytest.raises(ValueError, match="unknown personality 'Sleepy'"):
         parse_personality("Sleepy")
+    with pytest.raises(ValueError, match=r"unknown personality in .*test_specs 'Sleep'; did you mean Sleepy"):
+        parse_personality(f"{__name__}:Sleep")
+    assert paths_in(f"mistake | {__name__}:Sleepy | drifting(to='a.b:C | d:E(to=3)')") == [
+        f"{__name__}:Sleepy",
+        "a.b:C",
+        "d:E",
+    ]
+    assert paths_in("llm(base_url='http://localhost:1/v1')") == []
 
 
 def test_a_function_becomes_a_frozen_value():
@@ -140,7 +150,7 @@ def test_a_function_becomes_a_frozen_value():
     assert (dreamy.source, dreamy().needs) == ("a dream", {"values", "plan"})
     assert (dreamy().honest, dreamy().reveals, dreamy().transparent) == (False, False, False)
     assert (mistake().needs, mistake().honest, mistake().reveals) == (frozenset(), False, True)
-    assert str(dreamy(share=0.25, most=3) | Delayed(2)) == "dreamy(share=0.25, most=3) | delayed(turns=2)"
+    assert str(dreamy(share=0.25, most=3) | Delayed(2)) == f"{__name__}:dreamy(share=0.25, most=3) | delayed(turns=2)"
     with pytest.raises(dataclasses.FrozenInstanceError):
         dreamy().share = 1
     with pytest.raises(TypeError, match="positional"):
@@ -245,11 +255,22 @@ def test_a_default_out_of_range_and_an_unknown_need_are_refused_at_once():
 @pytest.mark.parametrize(
     "to", [Sleepy(), dreamy(), oracle() | dreamy(share=1), Sleepy(3) | Delayed(2), mistake() | Oracle2()]
 )
-def test_what_no_spec_can_name_is_refused_where_a_spec_is_needed(to):
-    with pytest.raises(
-        ValueError, match=r"^to must be a spec, .* got .*(Sleepy|dreamy|Oracle2)\(.*put it into a module"
-    ):
-        Drifting(to=to)
+def test_a_spec_within_a_spec_may_name_a_class_of_ones_own(to):
+    drifting = Drifting(to=to)
+    assert parse_personality(drifting.to) == to
+    assert parse_personality(str(drifting)) == drifting
+
+
+def test_what_no_spec_can_name_is_refused_where_a_spec_is_needed():
+    @personality()
+    def hidden(claims, view):
+        """Says all."""
+        return claims
+
+    assert str(hidden()) == "hidden"
+    for to in (hidden(), mistake() | hidden()):
+        with pytest.raises(ValueError, match=r"^to must be a spec, .* got .*hidden\(.*; define it in a module"):
+            Drifting(to=to)
     assert Drifting(to=mistake(eps=0.5) | Delayed(2)).to == "mistake(eps=0.5) | delayed(turns=2)"
 
 

@@ -10,6 +10,7 @@ import llf_teacher
 from llf_teacher.gym import StudentEnv
 from llf_teacher.integrations.openenv.models import FeedbackAction, FeedbackObservation
 from teachers.atoms import ParseFailure
+from teachers.personality import parse_personality
 
 SEEDS = 1000
 """Tasks of each environment in a split."""
@@ -90,7 +91,9 @@ class FeedbackServerEnvironment(Environment[FeedbackAction, FeedbackObservation,
             )
         made = (id, settings)
         if self._env is None or made != self._made:
-            env = llf_teacher.make(id, text=True, **settings)
+            # Clients name personalities alone: a model as the teacher would cost the server's owner money.
+            own = {"teacher": parse_personality(teacher)} if "teacher" in settings else {}
+            env = llf_teacher.make(id, text=True, **settings | own)
             self.close()
             self._env, self._made = env, made
         observation, info = self._env.reset(seed=seed)

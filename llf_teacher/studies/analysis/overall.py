@@ -1,6 +1,6 @@
 """One number per teacher over all families, with estimators for many tasks.
 
-A task is a student in a group of environments; a run is a seed, with the score of `primary.symmetric`:
+A task is a student in a group of environments; a run is a seed, with the score of `scores.symmetric`:
 the baseline's regret minus the teacher's, divided by the sum of both mean regrets.
 """
 
@@ -15,8 +15,8 @@ from llf_teacher.studies.analysis.estimators import (
     performance_profile,
     probability_of_improvement,
 )
-from llf_teacher.studies.analysis.outcomes import Endings, Outcomes
-from llf_teacher.studies.analysis.primary import pairs, symmetric
+from llf_teacher.studies.analysis.outcomes import Outcomes
+from llf_teacher.studies.analysis.scores import Both, has_ratio, pairs, symmetric
 from llf_teacher.studies.analysis.statistics import Estimate
 
 THRESHOLDS = np.linspace(-1, 1, 41)
@@ -39,11 +39,13 @@ class Overall(NamedTuple):
 
 
 def overall(found: Outcomes, baseline: str) -> Iterator[Overall]:
-    """Every teacher under each instruction type and feedback type, in the order of their first outcomes."""
-    tasks: dict[tuple[str, str, str], list[tuple[Endings, Endings]]] = {}
+    """Every teacher with a score under each instruction type and feedback type, in the order of first outcomes."""
+    tasks: dict[tuple[str, str, str], list[Both]] = {}
     for compared, families in pairs(found, baseline).items():
         key = compared.teacher, compared.instruction_type, compared.feedback_type
-        tasks.setdefault(key, []).extend(families.values())
+        there = [both for both in families.values() if has_ratio(*(each.regret for each in both))]
+        if there:
+            tasks.setdefault(key, []).extend(there)
     for key, mine in tasks.items():
         scores = [symmetric(own.regret, other.regret) for own, other in mine]
         regrets = [[-each.regret for each in both] for both in mine]

@@ -7,23 +7,23 @@ number of seeds is also given for the upper end of its one-sided 80 % interval (
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from scipy import optimize, stats
 
-from llf_teacher.studies.analysis.contrasts import can_differ
-from llf_teacher.studies.analysis.outcomes import Numbers, Outcomes, paired
+from llf_teacher.studies.analysis.outcomes import Numbers, Outcomes
+from llf_teacher.studies.analysis.scores import Compared, has_ratio, pairs, symmetric
 from teachers.spec import unknown
 
 ALPHA, POWER = 0.05, 0.8
 MOST = 1_000_000
 """The greatest number of seeds that the search considers."""
 _CONFIDENCE = 0.8
-MEASURES = ("gain", "success")
-"""The measures of an effect: a share of the baseline's mean regret, or a difference of success rates; both from 0 to 1.
-"""
+MEASURES = ("score", "regret", "success")
+"""The measures of an effect: the score of the findings, a difference of regrets in the family's unit, or one of success
+rates, 0 to 1."""
 
 
 class Need(NamedTuple):
@@ -35,6 +35,8 @@ class Need(NamedTuple):
     feedback_type: str
     teacher: str
     student: str
+    other: str
+    """The teacher that the first is compared with."""
     pairs: int
     """Seeds of the pilot."""
     spread: float
@@ -105,9 +107,16 @@ def seeds_needed(effect: float, spread: float, alpha: float = ALPHA, wanted: flo
 
 
 def needs(
-    pilot: Outcomes, baseline: str, effect: float, measure: str = "gain", wanted: float = POWER
+    pilot: Outcomes,
+    baseline: str,
+    effect: float,
+    measure: str = "score",
+    wanted: float = POWER,
+    compare: Sequence[Sequence[str]] = (),
 ) -> Iterator[Need]:
-    """The seeds that every comparison in the families' tables of a pilot needs, without comparisons at a single seed.
+    """The seeds that every comparison in a family of a pilot needs, without comparisons at a single seed.
+
+    By the score, comparisons are left out where the other teacher leaves too little regret for one.
 
     Args:
         pilot: the outcomes of its episodes.
@@ -115,35 +124,29 @@ def needs(
         effect: the smallest difference that matters, in the measure's unit.
         measure: one of `MEASURES`.
         wanted: power, 0 to 1.
+        compare: the pairs of `Study.compare`.
 
     Raises:
         ValueError: there is no such measure.
     """
     if measure not in MEASURES:
         raise ValueError(unknown("measure", measure, MEASURES))
-    pairs = [
-        (group, teacher, student)
-        for group, cells in pilot.items()
-        for teacher, student in cells
-        if (baseline, student) in cells and can_differ(teacher, baseline, student, group.feedback_type)
-    ]
-    for group, teacher, student in pairs:
-        cell, other = paired(pilot[group][teacher, student], pilot[group][baseline, student])
-        unit = other.regret.mean() if measure == "gain" and len(other.seeds) else 1.0
-        if len(cell.seeds) < 2 or unit <= 0:  # with the baseline there is nothing to gain
+    every = [(key, *each) for key, families in pairs(pilot, baseline, compare).items() for each in families.items()]
+    for key, group, (cell, other) in every:
+        if len(cell.seeds) < 2 or (measure == "score" and not has_ratio(cell.regret, other.regret)):
             continue
-        differences = (other.regret - cell.regret if measure == "gain" else cell.success - other.success) / unit
-        fields = group.family, group.ids, group.instruction_type, group.feedback_type, teacher, student
-        yield need(*fields, differences, effect, len(pairs), wanted)
+        differences = {
+            "score": symmetric(cell.regret, other.regret),
+            "regret": other.regret - cell.regret,
+            "success": cell.success - other.success,
+        }
+        yield need(group.family, group.ids, key, differences[measure], effect, len(every), wanted)
 
 
 def need(
     family: str,
     ids: tuple[str, ...],
-    instruction_type: str,
-    feedback_type: str,
-    teacher: str,
-    student: str,
+    compared: Compared,
     differences: Numbers,
     effect: float,
     comparisons: int,
@@ -154,10 +157,7 @@ def need(
     Args:
         family: the family of the comparison.
         ids: its environments.
-        instruction_type: its instruction type.
-        feedback_type: its feedback type.
-        teacher: the teacher to compare with the baseline.
-        student: the taught student.
+        compared: the teachers and the student.
         differences: the differences at two or more seeds of the pilot.
         effect: the smallest mean difference that matters.
         comparisons: number of comparisons that are tested together.
@@ -166,4 +166,5 @@ def need(
     n, spread = len(differences), float(np.std(differences, ddof=1))
     above = spread * math.sqrt((n - 1) / stats.chi2.ppf(1 - _CONFIDENCE, n - 1))
     seeds, safe = (seeds_needed(effect, each, ALPHA / comparisons, wanted) for each in (spread, above))
-    return Need(family, ids, instruction_type, feedback_type, teacher, student, n, spread, seeds, safe)
+    fields = compared.instruction_type, compared.feedback_type, compared.teacher, compared.student, compared.other
+    return Need(family, ids, *fields, n, spread, seeds, safe)

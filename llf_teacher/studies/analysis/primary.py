@@ -1,15 +1,9 @@
-"""The primary comparisons of a study: each teacher with the baseline, for a student, over all families together.
+"""The primary comparisons of a study: of two teachers, for a student, over all families together by their score.
 
-Families measure regret in different units. In each the difference of a seed is divided by the sum of the mean regrets
-of both teachers, and a seed's score is the mean of these over the families that were played with it: 0 is no
-difference, 1 a teacher without regret, -1 a teacher with regret beside a baseline without any, and 0.5 a third of the
-baseline's regret. Swapping both teachers, in all seeds or in one, keeps the scale and only flips the sign of the score.
-So sign flips are exchangeable if the teachers are alike.
-
-A study controls its error rate over these comparisons and its interim analyses.
+They are those that the study's `compare` names; without any, each teacher with the baseline, or those of `primary`. A
+study controls its error rate over these comparisons and its interim analyses.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from fnmatch import fnmatchcase
 from typing import NamedTuple
@@ -17,25 +11,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from llf_teacher.studies.analysis.contrasts import Test, can_differ, least_p, tested
-from llf_teacher.studies.analysis.outcomes import Endings, Group, Numbers, Outcomes, paired
+from llf_teacher.studies.analysis.contrasts import Test, least_p, tested
+from llf_teacher.studies.analysis.outcomes import Group, Numbers, Outcomes
 from llf_teacher.studies.analysis.power import POWER, Need, need, seeds_needed
+from llf_teacher.studies.analysis.scores import Both, Compared, has_ratio, pairs, symmetric
 from llf_teacher.studies.analysis.sequential import ALPHA
-from llf_teacher.studies.analysis.statistics import Difference, holm
+from llf_teacher.studies.analysis.statistics import Difference, Estimate, holm, mean_intervals
 from llf_teacher.studies.definition.study import Study
 
 
-class Compared(NamedTuple):
-    """The pair that is compared with the baseline."""
-
-    teacher: str
-    student: str
-    instruction_type: str
-    feedback_type: str
-
-
 class Primary(NamedTuple):
-    """A comparison with the baseline over all families; above 0 the teacher is better."""
+    """A comparison of two teachers over all families; above 0 the first is better."""
 
     compared: Compared
     declared: bool
@@ -43,6 +29,12 @@ class Primary(NamedTuple):
     families: tuple[Group, ...]
     shares: tuple[float, ...]
     """The mean score in each family."""
+    regrets: tuple[tuple[float, float], ...]
+    """The mean regrets with both teachers in each family, in its unit."""
+    differences: tuple[Estimate, ...]
+    """The mean regret with the first teacher minus that with the other in each family, in its unit."""
+    ratios: tuple[bool, ...]
+    """Whether the score has a meaning in each family: see `scores.has_ratio`."""
     score: Difference
     """The mean over all families; n counts seeds. p is adjusted for interim analyses and, in primary comparisons, by
     Holm's method."""
@@ -53,6 +45,11 @@ class Primary(NamedTuple):
     def mean(self) -> float:
         """The mean score."""
         return self.score.estimate.mean
+
+    @property
+    def ratio(self) -> bool:
+        """Whether the score has a meaning in every family."""
+        return all(self.ratios)
 
     def more(self, comparisons: int) -> int | None:
         """Additional seeds for a power of 80 % if the true score is the observed one; at least 1.
@@ -68,42 +65,14 @@ class Primary(NamedTuple):
         return max(1, seeds_needed(self.mean, self.spread, ALPHA / comparisons, POWER) - self.score.estimate.n)
 
 
-def symmetric(own: Numbers, other: Numbers) -> Numbers:
-    """For each pair the second regret minus the first, divided by the sum of both mean magnitudes.
-
-    Magnitudes, since negated rewards replace regret where no values are known.
-    """
-    scale = np.abs(own).mean() + np.abs(other).mean()
-    scores: Numbers = (other - own) / scale if scale > 0 else np.zeros_like(own)
-    return scores
-
-
-def pairs(found: Outcomes, baseline: str) -> dict[Compared, dict[Group, tuple[Endings, Endings]]]:
-    """For each comparison that can differ, and each family, the outcomes of teacher and baseline on common seeds."""
-    every: dict[Compared, dict[Group, tuple[Endings, Endings]]] = {}
-    differ: dict[Compared, bool] = {}
-    for group, cells in found.items():
-        for (teacher, student), cell in cells.items():
-            other = cells.get((baseline, student))
-            key = Compared(teacher, student, group.instruction_type, group.feedback_type)
-            if key not in differ:
-                differ[key] = can_differ(teacher, baseline, student, group.feedback_type)
-            if other is None or not differ[key]:
-                continue
-            own, others = paired(cell, other)
-            if len(own.seeds):
-                every.setdefault(key, {})[group] = own, others
-    return every
-
-
-def scores(families: Sequence[tuple[Endings, Endings]], among: frozenset[int] | None = None) -> Numbers:
+def scores(families: Sequence[Both], among: frozenset[int] | None = None) -> Numbers:
     """The score of each seed, in ascending order of the seeds.
 
     Args:
-        families: a teacher and the baseline in each family.
+        families: both teachers in each family.
         among: the seeds that count; None: all.
     """
-    parts = [_kept(each, among) for each in families]
+    parts = [kept(each, among) for each in families]
     seeds = np.concatenate([seeds for seeds, *_ in parts]) if parts else np.empty(0, np.int64)
     values = np.concatenate([symmetric(own, other) for _, own, other in parts]) if parts else np.empty(0)
     _, place = np.unique(seeds, return_inverse=True)
@@ -111,7 +80,7 @@ def scores(families: Sequence[tuple[Endings, Endings]], among: frozenset[int] | 
     return means
 
 
-def _kept(family: tuple[Endings, Endings], among: frozenset[int] | None) -> tuple[NDArray[np.int64], Numbers, Numbers]:
+def kept(family: Both, among: frozenset[int] | None) -> tuple[NDArray[np.int64], Numbers, Numbers]:
     """The counted seeds, with both regrets."""
     own, other = family
     if among is None or among.issuperset(own.seeds.tolist()):
@@ -121,45 +90,57 @@ def _kept(family: tuple[Endings, Endings], among: frozenset[int] | None) -> tupl
 
 
 def primary(
-    found: Outcomes, baseline: str, test: Test | None, patterns: Sequence[Mapping[str, str]] = ()
+    found: Outcomes,
+    baseline: str,
+    test: Test | None,
+    patterns: Sequence[Mapping[str, str]] = (),
+    compare: Sequence[Sequence[str]] = (),
 ) -> list[Primary]:
-    """The comparisons with the baseline, in the order of their first outcomes.
+    """The comparisons of a study: those of `compare` first, then in the order of their first outcomes.
 
     Args:
         found: the outcomes of episodes with a teacher.
         baseline: the teacher to compare with.
         test: how to test them; None before the first test.
         patterns: the patterns of `Study.primary`.
+        compare: the pairs of `Study.compare`.
     """
     among = test.seeds if test else None
     there = {
         key: mine
-        for key, families in pairs(found, baseline).items()
-        if (mine := {group: each for group, each in families.items() if len(_kept(each, among)[0])})
+        for key, families in pairs(found, baseline, compare).items()
+        if (mine := {group: each for group, each in families.items() if len(kept(each, among)[0])})
     }
     every = [list(families.values()) for families in there.values()]
-    declared = [_declared(key, patterns) for key in there]
+    declared = [_declared(key, patterns, compare) for key in there]
     results = tested(test, lambda among: [scores(families, among) for families in every])
     adjusted = iter(holm([each.p for each, mine in zip(results, declared, strict=True) if mine]))
+    regrets = [[kept(family, among)[1:] for family in families] for families in every]
+    differences = iter(mean_intervals([own - other for families in regrets for own, other in families]))
     return [
         Primary(
             key,
             mine,
             tuple(families),
-            tuple(float(scores([each], among).mean()) for each in families.values()),
+            tuple(float(symmetric(*both).mean()) for both in both_regrets),
+            tuple((float(own.mean()), float(other.mean())) for own, other in both_regrets),
+            tuple(next(differences) for _ in both_regrets),
+            tuple(has_ratio(*both) for both in both_regrets),
             result._replace(p=next(adjusted)) if mine else result,
             _spread(scores(list(families.values()), among)),
         )
-        for (key, families), mine, result in zip(there.items(), declared, results, strict=True)
+        for (key, families), mine, both_regrets, result in zip(there.items(), declared, regrets, results, strict=True)
     ]
 
 
 def of_study(found: Outcomes, study: Study, test: Test | None) -> list[Primary]:
     """`primary` of a study."""
-    return primary(found, study.baseline, test, study.primary)
+    return primary(found, study.baseline, test, study.primary, study.compare)
 
 
-def _declared(key: Compared, patterns: Sequence[Mapping[str, str]]) -> bool:
+def _declared(key: Compared, patterns: Sequence[Mapping[str, str]], compare: Sequence[Sequence[str]]) -> bool:
+    if compare:
+        return (key.teacher, key.other) in map(tuple, compare)
     fields = key._asdict()
     return not patterns or any(
         all(fnmatchcase(fields[name], pattern) for name, pattern in table.items()) for table in patterns
@@ -183,23 +164,29 @@ def enough(comparisons: int) -> int:
 
 
 def primary_needs(
-    pilot: Outcomes, baseline: str, effect: float, wanted: float = POWER, patterns: Sequence[Mapping[str, str]] = ()
+    pilot: Outcomes,
+    baseline: str,
+    effect: float,
+    wanted: float = POWER,
+    patterns: Sequence[Mapping[str, str]] = (),
+    compare: Sequence[Sequence[str]] = (),
 ) -> list[Need]:
-    """The seeds that every primary comparison of a pilot needs, without comparisons at a single seed.
+    """The seeds that every primary comparison of a pilot needs, but for those at a single seed or without a ratio.
 
     Args:
         pilot: the outcomes of its episodes.
         baseline: the teacher to compare with.
-        effect: the smallest difference that matters, as a share of the baseline's mean regret.
+        effect: the smallest score that matters.
         wanted: power, 0 to 1.
         patterns: the patterns of `Study.primary`.
+        compare: the pairs of `Study.compare`.
     """
-    declared = {key: each for key, each in pairs(pilot, baseline).items() if _declared(key, patterns)}
-    score = effect / (2 - effect) if effect < 2 else math.inf  # the score of regrets that are less by this share
+    every = pairs(pilot, baseline, compare).items()
+    declared = {key: list(each.items()) for key, each in every if _declared(key, patterns, compare)}
     found = []
     for key, families in declared.items():
-        values, ids = scores(list(families.values())), tuple(id for group in families for id in group.ids)
-        if len(values) > 1:
-            fields = key.instruction_type, key.feedback_type, key.teacher, key.student
-            found.append(need("all", ids, *fields, values, score, len(declared), wanted))
+        values = scores([both for _, both in families])
+        if len(values) > 1 and all(has_ratio(own.regret, other.regret) for _, (own, other) in families):
+            ids = tuple(id for group, _ in families for id in group.ids)
+            found.append(need("all", ids, key, values, effect, len(declared), wanted))
     return found

@@ -8,63 +8,15 @@ import importlib
 from collections.abc import Iterable
 from typing import Any
 
-from llf_teacher.speakers.parsing import SPEAKERS, make_speaker
-from llf_teacher.speakers.speaker import InstructionOnly, Speaker, Voiced
+from llf_teacher.speakers.parsing import parse_teacher
+from llf_teacher.speakers.speaker import Speaker, Voiced
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import Student
-from teachers.feedback import parse_kinds
-from teachers.personality import PERSONALITIES, Personality, Pipeline, stages_of
-from teachers.spec import SpecCall, parse_calls, unknown
+from teachers.personality import Personality, stages_of
+from teachers.spec import paths_in
 
 MAIN = "__main__"
 """The module of a program or a notebook, which no other process can import."""
-
-
-def parse_teacher(spec: str | Personality | Speaker) -> Personality | Speaker:
-    """The teacher that a spec string describes.
-
-    It is a personality, `llm_teacher(...)`, a user's own teacher as `package.module:Class(key=...)` (a personality, or
-    the factory of a policy), or a personality with a voice, as in `oracle | voice(tone='curt')`.
-
-    Raises:
-        ValueError: bad syntax, an unknown name or parameter, or a module without such a teacher.
-    """
-    if isinstance(spec, Personality | Speaker):
-        return spec
-    expected = f"`package.module:Class(key=value)` or {PERSONALITIES.expected}, {', '.join(SPEAKERS)}"
-    *before, last = parse_calls("teacher", spec, expected, prefixes=1)
-    made = make_speaker(last, last=bool(before))
-    if isinstance(made, Speaker):
-        return made
-    if made is not None:
-        return Voiced(_personality(before), made)
-    return _personality([*before, last])
-
-
-def _personality(calls: Iterable[SpecCall]) -> Personality:
-    stages = tuple(map(_stage, calls))
-    return stages[0] if len(stages) == 1 else Pipeline(stages)
-
-
-def _stage(call: SpecCall) -> Personality:
-    if not call.prefix:
-        return PERSONALITIES.make(call)
-    module, cls = call.imported("teacher")
-    if not (isinstance(cls, type) and issubclass(cls, Personality)):
-        found = vars(module).items()
-        names = [name for name, each in found if isinstance(each, type) and issubclass(each, Personality)]
-        raise ValueError(f"teacher {call.path!r}: {unknown(f'personality in {module.__name__}', call.name, names)}")
-    return call.make("teacher", cls)
-
-
-def arguments_of(teacher: Personality | Speaker, feedback_type: str) -> dict[str, Any]:
-    """The arguments of `llf_teacher.make` for a teacher; with feedback type `n` a policy gives only the instruction."""
-    if isinstance(teacher, Personality):
-        return {"teacher": teacher}
-    arguments = teacher.arguments()
-    if not isinstance(arguments["teacher"], Personality) and not parse_kinds(feedback_type):
-        arguments["teacher"] = InstructionOnly(arguments["teacher"])
-    return arguments
 
 
 def teacher_spec(teacher: Any) -> str:
@@ -76,7 +28,10 @@ def teacher_spec(teacher: Any) -> str:
     if callable(teacher) and not isinstance(teacher, Personality | Speaker):
         teacher = f"{teacher.__module__}:{_global(teacher)}"
     parsed = parse_teacher(teacher)
-    text = _text(parsed)
+    personality = parsed.personality if isinstance(parsed, Voiced) else parsed
+    for stage in stages_of(personality) if isinstance(personality, Personality) else ():
+        _global(type(stage))
+    text = f"{parsed}"
     try:
         found = parse_teacher(text)
     except ValueError as error:
@@ -87,12 +42,6 @@ def teacher_spec(teacher: Any) -> str:
             "numbers, texts, or lists of them"
         )
     return text
-
-
-def _text(teacher: Personality | Speaker) -> str:
-    if isinstance(teacher, Voiced):
-        return f"{_text(teacher.personality)} | {teacher.wording}"
-    return f"{teacher}" if isinstance(teacher, Speaker) else " | ".join(map(_named, stages_of(teacher)))
 
 
 def student_spec(student: Any) -> str:
@@ -108,12 +57,7 @@ def student_spec(student: Any) -> str:
 
 def defined_in_main(specs: Iterable[str]) -> list[str]:
     """The specs of teachers and students that the main module defines."""
-
-    def in_main(spec: str) -> bool:
-        calls = parse_calls("teacher or student", spec, "the spec of a teacher or a student", prefixes=2)
-        return any(call.prefix[:1] == (MAIN,) for call in calls)
-
-    return list(filter(in_main, specs))
+    return [spec for spec in specs if any(path.startswith(f"{MAIN}:") for path in paths_in(spec))]
 
 
 def check_portable(specs: Iterable[str]) -> None:
@@ -133,13 +77,6 @@ def check_portable(specs: Iterable[str]) -> None:
 def is_ours(stage: Personality) -> bool:
     """Whether a personality is one of this package's."""
     return type(stage).__module__.rpartition(".")[0] == stage.package
-
-
-def _named(stage: Personality) -> str:
-    """The spec string of a stage, with its module if it is not in the package of personalities."""
-    if is_ours(stage):
-        return f"{stage}"
-    return f"{type(stage).__module__}:{_global(type(stage))}{f'{stage}'[len(stage.name) :]}"
 
 
 def _global(thing: Any) -> str:

@@ -3,10 +3,10 @@
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
+from llf_teacher.speakers.parsing import parse_teacher
 from llf_teacher.speakers.speaker import Speaker
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import Student
-from llf_teacher.studies.definition.custom_specs import parse_teacher
 from teachers.personality import Personality
 from teachers.spec import parse_calls
 
@@ -25,8 +25,8 @@ _stored: dict[str, StoredFacts] = {}
 
 def facts_of(students: Iterable[str], teachers: Iterable[str]) -> dict[str, dict[str, Any]]:
     """The facts to store about users' own teachers and students, by spec, as JSON values."""
-    reads = {spec: StoredFacts(reads=parse_student(spec).reads) for spec in students if _is_own(spec)}
-    mute = {spec: StoredFacts(mute=parse_teacher(spec).mute) for spec in teachers if _is_own(spec)}
+    reads = {spec: StoredFacts(reads=parse_student(spec).reads) for spec in students if is_own(spec)}
+    mute = {spec: StoredFacts(mute=parse_teacher(spec).mute) for spec in teachers if is_own(spec)}
     return {spec: each._asdict() for spec, each in (reads | mute).items()}
 
 
@@ -40,7 +40,7 @@ def student_of(spec: str) -> Student | StoredFacts:
     try:
         return parse_student(spec)
     except ValueError:
-        if not _is_own(spec):
+        if not is_own(spec):
             raise
         return _stored.get(spec, StoredFacts())
 
@@ -50,10 +50,11 @@ def teacher_of(spec: str) -> Personality | Speaker | StoredFacts:
     try:
         return parse_teacher(spec)
     except ValueError:
-        if not _is_own(spec):
+        if not is_own(spec):
             raise
         return _stored.get(spec, StoredFacts())
 
 
-def _is_own(spec: str) -> bool:
+def is_own(spec: str) -> bool:
+    """Whether a user's own module defines a part of a teacher or a student."""
     return any(call.prefix for call in parse_calls("teacher or student", spec, "a spec", prefixes=2))

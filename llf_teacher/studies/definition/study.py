@@ -15,13 +15,13 @@ import llf_teacher
 from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.registry import PREFIX, entry, types_of
 from llf_teacher.serialization import read_toml
-from llf_teacher.speakers.parsing import PHRASES, needed_of, reader_spec
+from llf_teacher.speakers.parsing import PHRASES, needed_of, parse_teacher, reader_spec
 from llf_teacher.students.student import Student
-from llf_teacher.studies.definition.custom_specs import parse_teacher, student_spec, teacher_spec
+from llf_teacher.studies.definition.custom_specs import student_spec, teacher_spec
 from llf_teacher.studies.definition.design import BASELINE, SUBSETS, Transfer, check_interim_analyses, check_transfer
 from llf_teacher.studies.definition.names import check_names, short_names
 from llf_teacher.studies.definition.options import check_options, options_of
-from llf_teacher.studies.definition.primary import check_primary
+from llf_teacher.studies.definition.primary import check_compare, check_primary
 from llf_teacher.studies.definition.stored_specs import student_of, teacher_of, use_stored
 from llf_teacher.studies.definition.transcript_filter import check_transcripts
 from pz_envs.family import all_families
@@ -89,14 +89,20 @@ class Study:
     """Per pattern of ids, as in `llf-metaworld-*`, options of the environment: its world's options, `visual` and
     `failure_reward`. If several patterns match an id, the first counts. They are part of an episode's identity.
     """
+    question: str = ""
+    """What the study asks, in words, which the report repeats before its answer."""
+    compare: Sequence[Sequence[str]] = ()
+    """The pairs of teachers, both of `teachers`, that answer the question: the report compares the first of each pair
+    with the second, for every student that teachers can reach, and says so first. They are the primary comparisons.
+    """
     baseline: str = BASELINE
     """The teacher that the report compares the others with, one of `teachers`. If the default is not one of them, there
     is no comparison.
     """
     primary: Sequence[Mapping[str, str]] = ()
     """The primary comparisons, which share the study's error rate: tables with patterns of `teacher`,
-    `student`, `instruction_type` and `feedback_type`. Without tables: every teacher against the baseline, for every
-    student that teachers can reach, over all families.
+    `student`, `instruction_type` and `feedback_type`. Without tables and `compare`: every teacher against the baseline,
+    for every student that teachers can reach, over all families.
     """
     interim_analyses: Mapping[str, Any] = field(default_factory=dict)
     """A sequential design: the numbers of seeds at which the study is tested (`at`), the alpha-spending function
@@ -148,6 +154,11 @@ class Study:
         set_(self, "baseline", self._compared(problems))
         if not problems:
             set_(self, "primary", check_primary(self.primary, self, problems))
+            set_(self, "compare", check_compare(self.compare, self, problems))
+            if self.primary and self.compare:
+                problems.append("primary and compare both say which comparisons are primary; leave out one of them")
+        if not isinstance(self.question, str):
+            problems.append(f"question must be a text, got {self.question!r}")
         design = check_interim_analyses(self.interim_analyses, len(self._seeds), problems)
         set_(self, "interim_analyses", design._asdict() if design else {})
         if not problems:
@@ -443,7 +454,7 @@ def to_toml(study: Study) -> str:
     values = study.as_dict()
     patterns = {name: values.pop(name) for name in ("fewer", "options")}
     tables = {name: table for name in ("interim_analyses", "transfer", "names") if (table := values.pop(name))}
-    for name in ("transcripts", "primary", "bits"):
+    for name in ("transcripts", "primary", "bits", "question", "compare"):
         values[name] = values[name] or None
     if study.reader == PHRASES:
         del values["reader"]
@@ -498,8 +509,8 @@ def quickstart() -> Study:
             "silent",
         ),
         students=("random", "reward_only", "text_only", "obedient", "oracle"),
-        baseline="delayed(turns=2)",
-        primary=({"teacher": "mistake(eps=0.3)"},),
+        question="Do late words cost a student more, or wrong ones?",
+        compare=(("delayed(turns=2)", "mistake(eps=0.3)"),),
         seeds=tuple(range(10)),
         fewer={
             PREFIX + name: {

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from llf_teacher.studies.definition.primary import canonical
 from teachers.spec import unknown
 
 PATTERNS = ("id", "teacher", "student")
@@ -29,4 +30,6 @@ def _pattern(given: Any, problems: list[str]) -> dict[str, Any]:
     if isinstance(seeds, str) or not isinstance(seeds, Iterable) or not all(type(seed) is int for seed in seeds):
         problems.append(f"transcripts: seeds must be a list of seeds, got {seeds!r}")
         return {}
-    return {name: tuple(given[name]) if name == "seeds" else given[name] for name in _KEYS if name in given}
+    return {
+        name: tuple(given[name]) if name == "seeds" else canonical(name, given[name]) for name in _KEYS if name in given
+    }

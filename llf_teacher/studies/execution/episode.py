@@ -13,10 +13,9 @@ from llf_teacher.episodes.loop import play_remaining_turns, play_turns
 from llf_teacher.episodes.record import EpisodeSpec, Record
 from llf_teacher.episodes.recorder import Recorder
 from llf_teacher.gym import StudentEnv
-from llf_teacher.speakers.parsing import NOBODY, speaks_freely
+from llf_teacher.speakers.parsing import NOBODY, arguments_of, parse_teacher, speaks_freely
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import Policy, Student
-from llf_teacher.studies.definition.custom_specs import arguments_of, parse_teacher
 from llf_teacher.studies.definition.design import SAME, TEST_TYPE, TESTER
 from llf_teacher.studies.definition.options import read_options
 from teachers.personality import Personality, PersonalityError

@@ -10,9 +10,9 @@ from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.gym import make
 from llf_teacher.models.model import Model
 from llf_teacher.models.replies import Answer
+from llf_teacher.speakers.parsing import arguments_of, parse_teacher
 from llf_teacher.students.builtin.llm import LLM
 from llf_teacher.students.conversation import text_of
-from llf_teacher.studies.definition.custom_specs import arguments_of, parse_teacher
 from pz_envs.text.answer_formats import written
 
 __all__ = ["PromptSizes", "sizes_of_prompts"]

@@ -20,11 +20,11 @@ from llf_teacher.models.local.options import slots
 from llf_teacher.models.model import AsksModel
 from llf_teacher.models.settings import CACHE
 from llf_teacher.speakers.llm_reader import LLMReader
-from llf_teacher.speakers.parsing import parse_reader
+from llf_teacher.speakers.parsing import parse_reader, parse_teacher
 from llf_teacher.speakers.speaker import Speaker
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.trait import traits_of
-from llf_teacher.studies.definition.custom_specs import check_portable, is_ours, parse_teacher
+from llf_teacher.studies.definition.custom_specs import check_portable, is_ours
 from llf_teacher.studies.definition.stored_specs import facts_of
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution import changes, executors

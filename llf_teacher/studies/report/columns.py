@@ -26,7 +26,8 @@ CHECKED = (*_FLAT, Label.HEDGED)
 """Labels of checked claims."""
 _SUMMED = (
     *("success", "regret", "turns", "words", "parse_failures", "claims", "claims_held", "advised", "followed"),
-    *("unchecked", "changes", *READINGS),
+    *("unchecked", "changes", *READINGS, "unbuilt", "withheld"),
+    *("teacher_answers", "teacher_cut", "teacher_empty", "teacher_repeats", "teacher_seconds"),
     *(f"said_{kind}" for kind in KINDS),
     *CHECKED,
 )

@@ -15,6 +15,7 @@ from llf_teacher.studies.analysis.primary import Primary, of_study
 from llf_teacher.studies.analysis.statistics import Difference, holm
 from llf_teacher.studies.definition.design import main_types
 from llf_teacher.studies.definition.fingerprints import mixed
+from llf_teacher.studies.definition.stored_specs import is_own
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.definition.transcript_filter import PATTERNS
 from llf_teacher.studies.report.columns import Columns, Curves, Plan, Revision, Sums, columns, plan
@@ -65,7 +66,7 @@ class Data:
 
     @cached_property
     def compared(self) -> list[Primary]:
-        """The comparisons with the baseline over all families, also the primary ones."""
+        """The comparisons over all families: those of `Study.compare`, and those with the baseline."""
         return of_study(self.taught, self.study, self.test)
 
     @property
@@ -181,6 +182,8 @@ def read(store: Store, study: Study) -> Data:
 
 def _sections(study: Study, there: Columns, sums: Mapping[EpisodeSpec, Sums], test: Test | None) -> Iterator[Section]:
     outlines = list(_outlines(study, sums))
+    own = filter(is_own, study.teachers)
+    asked = tuple(dict.fromkeys((*(teacher for pair in study.compare for teacher in pair), *own)))
     order = {
         setting: (number, setting.teacher, setting.student)
         for number, outline in enumerate(outlines)
@@ -194,7 +197,7 @@ def _sections(study: Study, there: Columns, sums: Mapping[EpisodeSpec, Sums], te
         pairs = product(outline["grid"].teachers, outline["grid"].students)
         chosen = _chosen(study, there, outline["sums"]) if study.transcripts else None
         there_ = {pair: mine[pair] for pair in pairs if pair in mine}
-        yield Section(**outline, cells=there_, chosen=chosen, test=test, named=study.named)
+        yield Section(**outline, cells=there_, chosen=chosen, test=test, named=study.named, asked=asked)
 
 
 def _chosen(study: Study, there: Columns, sums: Mapping[EpisodeSpec, Sums]) -> tuple[EpisodeSpec, ...]:

@@ -25,7 +25,7 @@ from llf_teacher.theme import pages, style
 
 _FIGURES, _SHOWN = (
     3_000_000,
-    1_000_000,
+    1_500_000,
 )  # bytes of figures with their data, and of transcripts, that browsers handle well
 
 

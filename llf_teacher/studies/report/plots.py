@@ -192,7 +192,7 @@ def gain_plot(
         series: students in the order of their colours.
         gains: scores over all families, by (row, series); missing scores are blank.
         single: scores in each family, drawn as marks; marks beyond the axis are drawn at its end.
-        baseline: the teacher at 0.
+        baseline: the teacher at 0 of the rows that name none; empty: all name one.
         width: of the figure in inches.
     """
     narrow = width < WIDTH
@@ -210,7 +210,7 @@ def gain_plot(
         _intervals(ax, rows, group, gains, spacing=0.22, at_zero=True, marks=marks, line=line, markersize=5.5)
         ax.set_xlim(least, most)
         ax.xaxis.set_major_locator(ticks(narrow=narrow))
-        label = f"score against {baseline}: above 0 the teacher is better"
+        label = f"score{f' against {baseline}' if baseline else ''}: above 0 the teacher is better"
         ax.set_xlabel(textwrap.fill(label, 40) if narrow else label)
         _label_rows(ax, rows, narrow)
         legend(part, ax, narrow)

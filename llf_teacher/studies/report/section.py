@@ -15,7 +15,7 @@ from llf_teacher.studies.analysis import statistics
 from llf_teacher.studies.analysis.contrasts import Test, can_differ, tested
 from llf_teacher.studies.analysis.estimators import curve_areas
 from llf_teacher.studies.analysis.statistics import Band, Difference, Estimate, Split, variance_split
-from llf_teacher.studies.definition.stored_specs import student_of
+from llf_teacher.studies.definition.stored_specs import is_own, student_of
 from llf_teacher.studies.definition.study import Grid
 from llf_teacher.studies.report.columns import Curves, Sums
 from llf_teacher.studies.report.figure import Plot
@@ -73,6 +73,8 @@ class Section:
     """How to test differences; None before the first test."""
     named: Mapping[str, str]
     """The name of each teacher and student, by spec."""
+    asked: tuple[str, ...] = ()
+    """The teachers that the study asks about, then a user's own: their transcripts come first."""
     chosen: tuple[EpisodeSpec, ...] | None = None
     """Episodes that the study selects for transcripts; None: the report chooses."""
 
@@ -172,7 +174,8 @@ class Section:
                 draw=lambda width: dot_plot(*names, success, regret, unit, width),
                 columns=("teacher", "student", "seeds", *_ends("success"), *_ends("regret")),
                 rows=[
-                    (*pair, self.regret[pair].n, *self.success[pair][:3], *self.regret[pair][:3]) for pair in self.cells
+                    (*map(called, pair), self.regret[pair].n, *self.success[pair][:3], *self.regret[pair][:3])
+                    for pair in self.cells
                 ],
             ),
             Plot(
@@ -181,7 +184,7 @@ class Section:
                 draw=lambda width: curve_plot(labels, tuple(map(called, self.drawn)), unit, width),
                 columns=("student", "teacher", "turn", *_ends("regret")),
                 rows=[
-                    (student, teacher, turn, *map(float, at))
+                    (called(student), called(teacher), turn, *map(float, at))
                     for student, bands in panels.items()
                     for teacher, band in bands.items()
                     if teacher in self.drawn
@@ -221,39 +224,31 @@ class Section:
 
     @cached_property
     def reader(self) -> str:
-        """The student of transcripts and examples: if possible one that reads words, otherwise atoms, otherwise any."""
+        """The student of transcripts and examples: if possible one that reads words, otherwise atoms, otherwise any.
+
+        Among equals a user's own comes first.
+        """
         there = {setting.student for setting in self.sums}
         played = [student for student in self.grid.students if student in there]
-        return min(played, key=lambda student: (*TAUGHT, reads(student)).index(reads(student)))
+        return min(played, key=lambda student: ((*TAUGHT, reads(student)).index(reads(student)), not is_own(student)))
 
     def taught(self, teacher: str, student: str) -> dict[EpisodeSpec, Sums]:
         """The sums of a teacher with a student, by setting."""
         return {each: s for each, s in self.sums.items() if (each.teacher, each.student) == (teacher, student)}
 
-    @cached_property
-    def contrast(self) -> tuple[str, ...]:
-        """The teachers of the two transcripts: those whose claims hold most often and least often.
-
-        Among equals, the first has the least regret of `reader`, the second the greatest. If only one teacher has
-        played, it is that one.
-        """
-        ranks = {}
-        for teacher in self.grid.teachers:
-            if taught := list(self.taught(teacher, self.reader).values()):
-                regret = added(taught, "regret") / sum(each.episodes for each in taught)
-                false = share(taught, "distorted", "claims")
-                ranks[teacher] = (None if false is None else 1 - false, -regret)
-        spoke = [teacher for teacher, (held, _) in ranks.items() if held is not None] or list(ranks)
-        order = sorted(spoke, key=lambda teacher: ranks[teacher], reverse=True)
-        return tuple(dict.fromkeys((order[0], order[-1])))
+    @property
+    def arms(self) -> list[str]:
+        """The teachers that have taught `reader`, those of `asked` first."""
+        order = dict.fromkeys((*self.asked, *self.grid.teachers))
+        return [teacher for teacher in order if self.taught(teacher, self.reader)]
 
     @property
     def transcripts(self) -> list[EpisodeSpec]:
-        """The episodes that the study chooses, else the first episode of `reader` with each teacher of `contrast`."""
+        """The episodes that the study chooses, else the first episode of `reader` with each teacher."""
         if self.chosen is not None:
             return list(self.chosen)
         found = []
-        for teacher in self.contrast:
+        for teacher in self.arms:
             setting, sums = min(self.taught(teacher, self.reader).items())
             found.append(setting._replace(seed=sums.first))
         return found

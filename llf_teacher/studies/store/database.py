@@ -23,7 +23,7 @@ from llf_teacher.episodes.failure import Failure
 from llf_teacher.episodes.record import EpisodeRow, EpisodeSpec, Record, pack_turns, unpack_regrets, unpack_turns
 from llf_teacher.studies.store import files
 
-SCHEMA_VERSION = 8
+SCHEMA_VERSION = 9
 _APPLICATION_ID = 0x4C4C4654  # "LLFT"
 _TYPES = {
     str: "TEXT NOT NULL",

@@ -1,7 +1,7 @@
 """ALFWorld's oracle: it judges by shortest plans, which it computes in closed form from the true facts."""
 
 from collections import Counter
-from collections.abc import Callable, Set
+from collections.abc import Callable, Sequence, Set
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from teachers.oracles.alfworld.claims import (
     Avoid,
     Commands,
     Do,
+    DoAbout,
     Done,
     Forward,
     InTheOpen,
@@ -36,7 +37,7 @@ from teachers.oracles.alfworld.claims import (
     visible_part,
 )
 from teachers.oracles.alfworld.planning import Planner
-from teachers.oracles.alfworld.search import FAR, IDLE, TREATMENTS, verb_of
+from teachers.oracles.alfworld.search import FAR, IDLE, TREATMENTS, thing_of, verb_of
 from worlds.alfworld import Alfworld, Truth
 from worlds.alfworld.exact import AGENT, NOTHING
 from worlds.alfworld.games import Game
@@ -153,6 +154,16 @@ class AlfworldOracle(Oracle[Truth, Alfworld]):
         """By how many commands a command shortens the plan; None if there is no plan."""
         planner = self._planner_of(truth)
         return _less(planner.left(truth.facts), planner.left_after(truth.facts, command))
+
+    def texts_at_hand(self, claim: type[Claim], field: str, moment: Moment[Truth]) -> Sequence[str]:
+        """The commands that can be carried out now, their verbs, and the things that they name."""
+        commands = self._commands(moment.after)
+        if field == "action":
+            return commands
+        if field == "verb":
+            return tuple(dict.fromkeys(map(verb_of, commands)))
+        things = dict.fromkeys(filter(None, map(thing_of, commands)))
+        return (*things,) if claim is DoAbout else tuple(dict.fromkeys(each.rpartition(" ")[0] for each in things))
 
     def _commands(self, truth: Truth) -> list[str]:
         """The admissible commands, sorted."""

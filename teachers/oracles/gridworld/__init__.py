@@ -106,6 +106,14 @@ class GridworldOracle(Oracle[Truth, Gridworld]):
         doors = truth.layout.doors
         self._rooms = _Rooms(doors, distances_from(truth.layout.treasure, doors))
 
+    def texts_at_hand(self, claim: type[Claim], field: str, moment: Moment[Truth]) -> Sequence[str]:
+        """The rooms that a student sees, names of those it was in and can enter, or the types of all rooms."""
+        if claim in (InRoom, NotInRoom, TreasuresIn, NoTreasuresIn):
+            return tuple(dict.fromkeys(map(kind_of, moment.after.layout.names)))
+        here = {truth.room: truth.layout for truth in (moment.before, moment.after) if truth is not None}
+        rooms = [each for room, layout in here.items() for each in (room, *layout.doors[room]) if each != NO_DOOR]
+        return tuple(dict.fromkeys(moment.after.layout.names[room] for room in rooms))
+
     def _basics(self, truth: Truth) -> tuple[Claim, ...]:
         name = self.lab.things[-1]
         basics = _BASICS if name == TREASURE else (_BASICS[0], Treasure(name=name), *_BASICS[1:])

@@ -3,7 +3,7 @@
 It uses tables of bits; its claims are checked in the catalogue's SQLite tables, or in the lab.
 """
 
-from collections.abc import Callable, Set
+from collections.abc import Callable, Sequence, Set
 from functools import lru_cache
 
 import numpy as np
@@ -86,6 +86,11 @@ class MoviesOracle(Oracle[Truth, Movies]):
         begin = (7 * first + 31 * second) % max(1, len(fitting))
         self._fitting: list[int] = np.concatenate((fitting[begin:], fitting[:begin]))[:_LONGEST].tolist()
         self._traits = _traits(catalogue, truth.profile)
+
+    def texts_at_hand(self, claim: type[Claim], field: str, moment: Moment[Truth]) -> Sequence[str]:
+        """The titles of the last list, for claims about one of them."""
+        listed = field == "said" or (field == "title" and claim not in (Recommend, TakenFor, SpeltLike))
+        return titles_of(moment.after.answer) if listed else ()
 
     def _basics(self, truth: Truth) -> tuple[Claim, ...]:
         return _GOAL, _RULES, *_AGE_GROUPS, _ANSWER

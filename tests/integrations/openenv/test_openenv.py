@@ -189,6 +189,8 @@ def test_what_is_refused():
     environment = FeedbackServerEnvironment()
     with pytest.raises(RuntimeError, match="there is no episode; call reset before step"):
         environment.step(FeedbackAction(text="north"))
+    with pytest.raises(ValueError, match="unknown personality 'llm_teacher'"):  # a model would be paid by the server
+        environment.reset(teacher="llm_teacher(model='m')")
     with pytest.raises(ValueError, match="got 'os:system'; a server imports nothing for clients"):
         environment.reset(teacher="os:system")
     environment.reset(id=GRID, max_turns=1)

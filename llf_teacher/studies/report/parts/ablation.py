@@ -8,7 +8,7 @@ from llf_teacher.studies.report.data import Data
 from llf_teacher.studies.report.figure import Plot
 from llf_teacher.studies.report.parts.part import Part
 from llf_teacher.studies.report.plots import Pane, panel_plot
-from teachers.atoms import KINDS
+from teachers.atoms import KINDS, FeedbackType
 from teachers.words import INSTRUCTIONS, KIND_WORDS
 
 _ALL = "all kinds"
@@ -43,7 +43,10 @@ def _plot(data: Data, found: Sequence[Ablation]) -> Plot:
         ),
         columns=("family", "instruction_type", "teacher", "student", "kind", "seeds", "gain", "gain_low", "gain_high"),
         rows=[
-            (each.group.family, each.group.instruction_type, each.teacher, each.student, kind, gain.n, *gain[:3])
+            (
+                *(each.group.family, each.group.instruction_type, data.called(each.teacher), data.called(each.student)),
+                *(KIND_WORDS[FeedbackType(kind)] if kind in KINDS else kind, gain.n, *gain[:3]),
+            )
             for each in found
             for kind, gain in {**each.shares, _ALL: each.total}.items()
         ],

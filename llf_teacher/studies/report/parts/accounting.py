@@ -33,6 +33,24 @@ class OwnWords(NamedTuple):
     """Number of these that are false."""
 
 
+class ModelAnswers(NamedTuple):
+    """The answers of a model in the teacher's seat."""
+
+    answers: int
+    cut: int
+    """Number of answers that were cut at the greatest length."""
+    empty: int
+    """Number of answers that say nothing."""
+    repeats: int
+    """Number of answers that repeat what the student sees."""
+    unbuilt: int
+    """Number of claims that could not be made."""
+    withheld: int
+    """Number of false claims that a filter kept back."""
+    seconds: float
+    """Time of an answer."""
+
+
 class FalseSentence(NamedTuple):
     """A false sentence, as read."""
 
@@ -67,6 +85,8 @@ class Account(NamedTuple):
     turns: int
     own: OwnWords | None
     """None if it said nothing in its own words, or nothing was read."""
+    model: ModelAnswers | None
+    """None if it is no model."""
 
 
 def accounts(data: Data, instruction_type: str, feedback_type: str) -> Iterator[Account]:
@@ -97,7 +117,19 @@ def _account(teacher: str, mine: Sequence[Sums], uptake: float | None) -> Accoun
         parse_failures=int(added(mine, "parse_failures")),
         turns=int(turns),
         own=_own_words({name: int(added(mine, name)) for name in READINGS}),
+        model=_model_answers(mine),
     )
+
+
+def _model_answers(mine: Sequence[Sums]) -> ModelAnswers | None:
+    """The answers of a model in the teacher's seat; None without one."""
+    answers = int(added(mine, "teacher_answers"))
+    if not answers:
+        return None
+    names = ("teacher_cut", "teacher_empty", "teacher_repeats", "unbuilt", "withheld")
+    cut, empty, repeats, unbuilt, withheld = (int(added(mine, name)) for name in names)
+    seconds = added(mine, "teacher_seconds") / answers
+    return ModelAnswers(answers, cut, empty, repeats, unbuilt, withheld, seconds)
 
 
 def _own_words(sums: Mapping[str, int]) -> OwnWords | None:

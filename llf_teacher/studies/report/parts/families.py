@@ -13,6 +13,9 @@ from llf_teacher.studies.store import Store, StoreError
 from llf_teacher.theme import prepare_turns
 from teachers.words import type_words
 
+LONGEST, FIRST = 20, 10
+"""A transcript that the study does not choose has at most so many turns; of a longer episode, only the first ones."""
+
 
 class Transcript(NamedTuple):
     """An episode with its turns."""
@@ -38,6 +41,8 @@ def transcript(store: Store, spec: EpisodeSpec) -> Transcript:
 def _values(data: Data) -> Mapping[str, Any]:
     return {
         "taught": TAUGHT,
+        "longest": LONGEST,
+        "first": FIRST,
         "secondary": sum(map(len, data.secondary.values())),
         "transcripts": lambda section: [transcript(data.store, spec) for spec in section.transcripts],
     }

@@ -1,26 +1,29 @@
-"""The findings of a study: its primary test, the largest significant surprise, and the seeds that are still needed.
+"""The findings of a study: its answers, its primary test, the largest surprise, and the seeds that are still needed.
 
-A difference is a surprise if it contradicts the accounts of the teachers: the teacher with the greater share of true,
-timely claims minus distorted ones should be better, and teachers with equal shares should not differ.
+A difference is a surprise if it contradicts the accounts of the teachers: the teacher that makes more true, timely
+claims a turn, less the distorted ones, should be better, and teachers that make as many should not differ. So it is no
+surprise that a teacher that says less saves less.
 """
 
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from llf_teacher.studies.analysis.primary import Primary, enough, least
+from llf_teacher.studies.definition.stored_specs import is_own
+from llf_teacher.studies.report.answers import answers, beyond
 from llf_teacher.studies.report.data import Data
 from llf_teacher.studies.report.figure import Plot
 from llf_teacher.studies.report.parts.part import Part
-from llf_teacher.studies.report.plots import gain_plot
+from llf_teacher.studies.report.plots import Pane, gain_plot, panel_plot
 from llf_teacher.studies.report.section import share
 from teachers.atoms import Label
 from teachers.words import type_words
 
-_ALIKE = 0.1  # with a smaller difference of shares no effect is expected
+_ALIKE = 0.1  # with a smaller difference, as a share of the greater number of claims, no effect is expected
 
 
-class ClaimShares(NamedTuple):
-    """Shares of a teacher's claims, 0 to 1."""
+class ClaimRates(NamedTuple):
+    """A teacher's claims in a turn of the student, on average."""
 
     truthful: float
     """True and in time."""
@@ -29,16 +32,16 @@ class ClaimShares(NamedTuple):
 
     @property
     def worth(self) -> float:
-        """The expected value of a claim, -1 to 1."""
+        """True, timely claims less distorted ones."""
         return self.truthful - self.distorted
 
 
 class Surprise(NamedTuple):
-    """A significant comparison that contradicts the shares of claims."""
+    """A significant comparison that contradicts what the teachers say."""
 
     found: Primary
-    teacher: ClaimShares
-    baseline: ClaimShares
+    teacher: ClaimRates
+    baseline: ClaimRates
 
 
 class Needed(NamedTuple):
@@ -64,13 +67,17 @@ class Tally(NamedTuple):
 def _values(data: Data) -> Mapping[str, Any]:
     primary = data.primary
     if not primary:
-        return {"missing": _missing(data)}
+        return {"missing": _missing(data), "answers": []}
     significant = data.significant
     lowest = least(primary, data.test) if data.test else 0.0
     return {
         "missing": "",
+        "answers": [each.text for each in answers(data)],
         "baseline": data.study.baseline,
-        "plot": _plot(data, data.compared),
+        "scores": _scores(data),
+        "differences": _differences(data),
+        "without": [each for each in data.compared if not each.ratio],
+        "beyond": any(beyond(each.score.estimate) for each in data.compared if each.ratio),
         "seeds": max(each.score.estimate.n for each in primary),
         "families": len({group.family for each in primary for group in each.families}),
         "typed": _typed(primary),
@@ -86,13 +93,13 @@ def _values(data: Data) -> Mapping[str, Any]:
 
 def _missing(data: Data) -> str:
     """Why there is no comparison."""
-    if data.study.baseline not in data.study.teachers:
+    if data.study.baseline not in data.study.teachers and not data.study.compare:
         return "baseline"
     return "pairs" if data.present < data.expected else "hearing"
 
 
 def _typed(found: Sequence[Primary]) -> bool:
-    return len({each.compared[2:] for each in found}) > 1
+    return len({(each.compared.instruction_type, each.compared.feedback_type) for each in found}) > 1
 
 
 def _tally(primary: Sequence[Primary], significant: Sequence[Primary]) -> Tally:
@@ -100,25 +107,26 @@ def _tally(primary: Sequence[Primary], significant: Sequence[Primary]) -> Tally:
     return Tally(len(primary), better, len(significant) - better)
 
 
-def said(data: Data, teacher: str, like: Primary) -> ClaimShares:
+def said(data: Data, teacher: str, like: Primary) -> ClaimRates:
     """The account of a teacher's claims to the student of a comparison."""
     mine = [
         each
         for setting, each in data.sums.items()
-        if (teacher, *like.compared[1:], 0)
+        if (teacher, *like.compared[1:4], 0)
         == (setting.teacher, setting.student, setting.instruction_type, setting.feedback_type, setting.lessons)
     ]
-    truthful, distorted = (share(mine, label, "claims") or 0.0 for label in (Label.TRUTHFUL, Label.DISTORTED))
-    return ClaimShares(truthful, distorted)
+    truthful, distorted = (share(mine, label, "turns") or 0.0 for label in (Label.TRUTHFUL, Label.DISTORTED))
+    return ClaimRates(truthful, distorted)
 
 
 def _surprise(data: Data, significant: Sequence[Primary]) -> Surprise | None:
     """The largest surprise."""
     found = []
     for each in significant:
-        one, other = said(data, each.compared.teacher, each), said(data, data.study.baseline, each)
+        one, other = said(data, each.compared.teacher, each), said(data, each.compared.other, each)
         expected = one.worth - other.worth
-        if abs(expected) < _ALIKE or expected * each.mean < 0:
+        alike = abs(expected) <= _ALIKE * max(abs(one.worth), abs(other.worth))
+        if alike or expected * each.mean < 0:
             found.append(Surprise(each, one, other))
     return max(found, key=lambda surprise: abs(surprise.found.mean), default=None)
 
@@ -132,41 +140,75 @@ def _needed(primary: Sequence[Primary], significant: Sequence[Primary]) -> Neede
     return Needed(len(still), still[nearest], more[nearest], max(more.values()))
 
 
-def _plot(data: Data, found: Sequence[Primary]) -> Plot:
-    called, typed = data.called, _typed(found)
+def ranked(data: Data) -> list[Primary]:
+    """The comparisons in the order of the study's question, then a user's own teachers, then from best to worst."""
+    asked = [tuple(pair) for pair in data.study.compare]
 
-    def series(each: Primary) -> str:
-        name = called(each.compared.student)
-        return f"{name} ({type_words(each.compared.instruction_type, each.compared.feedback_type)})" if typed else name
+    def rank(each: Primary) -> tuple[float, bool, float]:
+        pair = each.compared.teacher, each.compared.other
+        return asked.index(pair) if pair in asked else len(asked), not is_own(each.compared.teacher), -each.mean
 
-    teachers = [teacher for teacher in data.study.teachers if any(teacher == each.compared.teacher for each in found)]
-    teachers.sort(key=lambda t: -max(each.mean for each in found if each.compared.teacher == t))
-    baseline = called(data.study.baseline)
+    return sorted(data.compared, key=rank)
+
+
+def arms(data: Data, each: Primary) -> str:
+    """The teacher of a comparison, with the other one if that is not the baseline."""
+    name, other = data.called(each.compared.teacher), each.compared.other
+    return name if other == data.study.baseline else f"{name} against {data.called(other)}"
+
+
+def _series(data: Data, each: Primary) -> str:
+    name, types = data.called(each.compared.student), (each.compared.instruction_type, each.compared.feedback_type)
+    return f"{name} ({type_words(*types)})" if _typed(data.compared) else name
+
+
+def _labels(data: Data, found: Sequence[Primary]) -> tuple[list[str], list[str]]:
+    """Rows and series of the figures."""
+    return list(dict.fromkeys(arms(data, each) for each in found)), list(
+        dict.fromkeys(_series(data, each) for each in found)
+    )
+
+
+def _fields(data: Data, each: Primary) -> tuple[Any, ...]:
+    """The first columns of the figures' data."""
+    called, compared = data.called, each.compared
+    names = called(compared.teacher), called(compared.other), called(compared.student)
+    return *names, compared.instruction_type, compared.feedback_type, each.declared
+
+
+_FIELDS = ("teacher", "against", "student", "instruction_type", "feedback_type", "primary")
+
+
+def _scores(data: Data) -> Plot | None:
+    """The scores that have a meaning; None without any."""
+    found = [each for each in ranked(data) if each.ratio]
+    if not found:
+        return None
+    rows, series = _labels(data, found)
+    against_baseline = any(each.compared.other == data.study.baseline for each in found)
+    baseline = data.called(data.study.baseline) if against_baseline else ""
     return Plot(
         name="findings-scores",
-        title=f"Score of each teacher against {baseline} with each student, over all families.",
+        title="Score of each teacher against another with each student, over all families.",
         draw=lambda width: gain_plot(
-            [called(teacher) for teacher in teachers],
-            list(dict.fromkeys(map(series, found))),
-            {(called(each.compared.teacher), series(each)): each.score.estimate for each in found},
-            {(called(each.compared.teacher), series(each)): each.shares for each in found},
+            rows,
+            series,
+            {(arms(data, each), _series(data, each)): each.score.estimate for each in found},
+            {(arms(data, each), _series(data, each)): each.shares for each in found},
             baseline,
             width,
         ),
-        columns=(
-            *("teacher", "student", "instruction_type", "feedback_type", "primary", "where", "seeds"),
-            *("score", "score_low", "score_high", "p"),
-        ),
+        columns=(*_FIELDS, "where", "seeds", "score", "score_low", "score_high", "p"),
         rows=[
             row
             for each in found
             for row in (
                 (
-                    *(*each.compared, each.declared, "all", each.score.estimate.n, *each.score.estimate[:3]),
+                    *(*_fields(data, each), "all", each.score.estimate.n, *each.score.estimate[:3]),
                     each.score.p if data.test else "",
                 ),
                 *(
-                    (*each.compared, each.declared, group.family, "", score, "", "", "")
+                    (*_fields(data, each), group.family, "", score, "", "", "")
                     for group, score in zip(each.families, each.shares, strict=True)
                 ),
             )
@@ -174,8 +216,46 @@ def _plot(data: Data, found: Sequence[Primary]) -> Plot:
     )
 
 
+def _differences(data: Data) -> Plot:
+    """Differences of regret in the families' units, a panel a family."""
+    found = ranked(data)
+    rows, series = _labels(data, found)
+    every = [
+        (group.family, each, difference, regrets)
+        for each in found
+        for group, difference, regrets in zip(each.families, each.differences, each.regrets, strict=True)
+    ]
+    return Plot(
+        name="findings-differences",
+        title="Regret with each teacher less that with another, by student, in each family's unit.",
+        draw=lambda width: panel_plot(
+            [
+                Pane(
+                    family,
+                    data.units[family],
+                    {
+                        (arms(data, each), _series(data, each)): difference
+                        for name, each, difference, _ in every
+                        if name == family
+                    },
+                )
+                for family in dict.fromkeys(name for name, *_ in every)
+            ],
+            rows,
+            series,
+            "more regret",
+            width,
+        ),
+        columns=(*_FIELDS, "where", "unit", "seeds", "regret", "regret_against", "more", "more_low", "more_high"),
+        rows=[
+            (*_fields(data, each), family, data.units[family], difference.n, *regrets, *difference[:3])
+            for family, each, difference, regrets in every
+        ],
+    )
+
+
 def _plots(data: Data) -> list[Plot]:
-    return [_plot(data, data.compared)] if data.primary else []
+    return [plot for plot in (_scores(data), _differences(data)) if plot is not None] if data.primary else []
 
 
 PART = Part("findings", _values, "Findings", plots=_plots)

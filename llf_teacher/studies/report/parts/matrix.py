@@ -60,7 +60,9 @@ def _plot(data: Data, found: Sequence[Matrix], types: tuple[str, str]) -> Plot:
         ),
         columns=("family", "instruction_type", "feedback_type", "teacher", "student", "seeds", *_GAIN),
         rows=[
-            (each.group.family, *types, *pair, gain.n, *gain[:3]) for each in found for pair, gain in each.gains.items()
+            (each.group.family, *types, *map(called, pair), gain.n, *gain[:3])
+            for each in found
+            for pair, gain in each.gains.items()
         ],
     )
 

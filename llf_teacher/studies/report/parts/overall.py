@@ -37,7 +37,7 @@ def _plot(data: Data, found: Sequence[Overall]) -> Plot:
         ),
         columns=("teacher", "instruction_type", "feedback_type", "score", "above", "above_low", "above_high"),
         rows=[
-            (each.teacher, each.instruction_type, each.feedback_type, float(score), *map(float, at))
+            (data.called(each.teacher), each.instruction_type, each.feedback_type, float(score), *map(float, at))
             for each in found
             for score, at in zip(each.profile.thresholds, zip(*each.profile.band, strict=True), strict=True)
         ],

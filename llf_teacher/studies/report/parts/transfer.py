@@ -46,7 +46,8 @@ def _plot(data: Data, found: Sequence[AfterLessons]) -> Plot | None:
         rows=[
             (
                 *(" ".join(each.group.ids), each.group.taught, each.group.instruction_type, each.group.lessons),
-                *(each.group.worlds, each.group.feedback_type, each.teacher, each.student, each.regret.n),
+                *(each.group.worlds, each.group.feedback_type),
+                *(data.called(each.teacher), data.called(each.student), each.regret.n),
                 *(each.success.mean, each.regret.mean, *(each.gain[:3] if each.gain else ("", "", ""))),
             )
             for each in found

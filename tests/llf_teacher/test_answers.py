@@ -1,0 +1,184 @@
+"""The first sentence of a report: on twenty studies with a known answer."""
+
+import csv
+import io
+import re
+from dataclasses import replace
+from urllib.parse import unquote
+
+import numpy as np
+import pytest
+from planted import NO, OPEN, OWN, STUDIES, YES
+from studying import filled
+
+from llf_teacher.studies.definition.custom_specs import teacher_spec
+from llf_teacher.studies.definition.study import Study, load_study, to_toml
+from llf_teacher.studies.report import findings, render
+from llf_teacher.studies.report.answers import answers
+from llf_teacher.studies.report.data import read
+from llf_teacher.studies.store import Store
+
+WORDS = {YES: "Is this evidence of a difference? Yes", NO: "evidence of a difference? No:", OPEN: "Not decided"}
+
+
+@pytest.mark.parametrize("planted", STUDIES, ids=lambda each: each.name.replace(" ", "-"))
+def test_the_first_sentence_is_right(tmp_path, planted):
+    study = planted.made()
+    records = planted.records(study)
+    with Store(filled(tmp_path / "s.db", records)) as store:
+        data = read(store, study)
+        said = answers(data)
+        for label, answer in zip(planted.labels, said, strict=False):
+            compared = answer.about.compared
+            assert (compared.teacher, compared.other, compared.student) == (*label.pair, label.student), answer.text
+            assert answer.finding.evidence == label.evidence, answer.text
+            assert WORDS[label.evidence] in answer.text
+            one, other, student = map(data.called, (*label.pair, label.student))
+            if label.costlier:
+                way = "more" if label.costlier == label.pair[0] else "less"
+                assert f"{student} loses {way} with {one} than with {other}" in answer.text
+            else:
+                assert not re.search(r"loses (more|less) with [^ ]+ than", answer.text)
+            assert answer.about.ratio == label.ratio == ("score " in answer.text.replace("no score", ""))
+            if planted.name == "small but clear":
+                assert "Yes, of a small one: the data exclude that one costs 22 % more than the other." in answer.text
+            if label.mixed:
+                assert "It depends on the family" in answer.text
+            seeds = len({record.spec.seed for record in records})
+            assert f"n = {seeds} seed" in answer.text
+            regrets = [
+                np.mean(
+                    [r.episode.regret for r in records if (r.spec.teacher, r.spec.student) == (teacher, label.student)]
+                )
+                for teacher in label.pair
+            ]
+            if len(study.ids) == 1:
+                assert f"({regrets[0]:.{digits(regrets)}f} against {regrets[1]:.{digits(regrets)}f})" in answer.text
+        assert len(said) >= len(planted.labels)
+        assert findings(data)[0].startswith(said[0].text[:60])
+
+
+def digits(regrets):
+    return 1 if max(regrets) >= 10 and abs(regrets[0] - regrets[1]) >= 0.1 else 2
+
+
+def planted_study(name):
+    return next(each for each in STUDIES if each.name == name)
+
+
+def written(tmp_path, planted, **changes):
+    """The study, and its page."""
+    study = replace(planted.made(), **changes)
+    with Store(filled(tmp_path / "s.db", planted.records(study))) as store:
+        return study, render(store, study)
+
+
+def data_of(html, figure):
+    """The rows behind a figure."""
+    address = re.search(rf'download="{figure}.csv" href="data:text/csv;charset=utf-8,([^"]*)"', html)[1]
+    return list(csv.DictReader(io.StringIO(unquote(address.replace("&#39;", "'").replace("&amp;", "&")))))
+
+
+def test_beside_a_teacher_without_regret_differences_tell_teachers_apart(tmp_path):
+    """Every one of these teachers has a score of -1."""
+    _, html = written(tmp_path, planted_study("baseline without regret"))
+    assert 'id="findings-scores"' not in html
+    assert 'id="overall"' not in html
+    assert "3 comparisons have no score: a share of a regret that is about 0 says nothing." in html
+    rows = {row["teacher"]: row for row in data_of(html, "findings-differences")}
+    assert list(rows) == ["planted:Grudge(after=2)", "mistake(eps=0.1)", "silent"]
+    assert [float(row["more"]) for row in rows.values()] == pytest.approx([0.5, 2.0, 19.8], rel=0.05)
+    assert {(row["against"], row["unit"]) for row in rows.values()} == {("oracle", "moves wasted")}
+
+
+def test_the_question_stands_before_its_answer_and_own_teachers_before_others(tmp_path):
+    planted = planted_study("no question is stated: her own teacher comes first")
+    _, html = written(tmp_path, planted, question="Does <Grudge> help?")
+    assert re.search(
+        r"<h1>Feedback study</h1>\s*<p class=\"lead\"><strong>Does &lt;Grudge&gt; help\?</strong> "
+        r"obedient loses less with planted:Grudge\(after=2\) than with silent: ",
+        html,
+    )
+    assert html.count("obedient loses less with planted:Grudge(after=2) than with silent: ") == 1
+    shown = re.findall(r"<summary><code>([^<]*)</code> teaches", html)
+    assert shown == ["planted:Grudge(after=2)", "oracle", "mistake(eps=0.1)", "silent"]
+    assert data_of(html, "findings-scores")[0]["teacher"] == "planted:Grudge(after=2)"
+
+
+def test_an_interval_beyond_the_scale_says_why(tmp_path):
+    means = {OWN: 0.5, "silent": 5.0}
+    planted = replace(planted_study("better"), means=means, noise=1.2, study={"seeds": 12})
+    study = planted.made()
+    with Store(filled(tmp_path / "s.db", planted.records(study))) as store:
+        (answer,) = answers(read(store, study))
+    assert answer.about.score.estimate.high > 1
+    assert "(beyond 1, since the interval takes the sum of both mean regrets as known)" in answer.text
+
+
+def test_a_file_states_its_question(tmp_path):
+    study = replace(planted_study("two questions").made(), question="Which?")
+    (tmp_path / "s.toml").write_text(to_toml(study))
+    assert load_study(tmp_path / "s.toml") == study
+    assert study.compare == ((OWN, "oracle"), ("mix", "oracle"))
+    spelled = replace(study, teachers=["mistake", "oracle"], compare=[["mistake(eps=0.1)", "oracle"]])
+    assert spelled.compare == (("mistake", "oracle"),)
+    assert replace(spelled, compare=(), primary=[{"teacher": "mistake(eps=0.1)"}], baseline="oracle").primary == (
+        {"teacher": "mistake"},
+    )
+
+
+@pytest.mark.parametrize(
+    ("changes", "match"),
+    [
+        ({"question": 3}, "question must be a text, got 3"),
+        (
+            {"compare": "oracle"},
+            "compare must be a list of pairs of teachers, as in .*, got 'oracle'",
+        ),
+        ({"compare": [["oracle"]]}, r"compare must be a list of pairs .* got \['oracle'\] among them"),
+        ({"compare": [["oracle", "silent"]]}, "compare: unknown teacher 'silent'"),
+        ({"compare": [["oracle", "oracle"]]}, "compare: a teacher cannot be compared with itself, got 'oracle' twice"),
+        (
+            {"compare": [["mix", "oracle"], ["oracle", "mix"]]},
+            "'oracle' and 'mix' are given in both orders",
+        ),
+        (
+            {"primary": [{"teacher": "mix"}]},
+            "primary and compare both say which comparisons are primary; leave out one of them",
+        ),
+    ],
+)
+def test_a_bad_question_is_refused(changes, match):
+    with pytest.raises(ValueError, match=match):
+        replace(planted_study("two questions").made(), **changes)
+
+
+def test_names_show_the_strength_of_teachers_and_traits():
+    study = Study(
+        ids=["llf-gridworld-v0"],
+        teachers=["mistake", "mistake(eps=0.2) | delayed", "only(kinds='hp+hn')", OWN, "oracle | voice(tone='curt')"],
+        students=["obedient | stubborn", "q_learning"],
+    )
+    assert study.named == {
+        "mistake": "mistake(eps=0.1)",
+        "mistake(eps=0.2) | delayed": "mistake(eps=0.2) | delayed(turns=1)",
+        "only(kinds='hp+hn')": "only(kinds='praise+blame')",
+        OWN: "planted:Grudge(after=2)",
+        "oracle | voice(tone='curt')": "oracle | voice(tone='curt')",
+        "obedient | stubborn": "obedient | stubborn(p=0.3)",
+        "q_learning": "q_learning",
+    }
+    for spec in study.teachers:
+        assert teacher_spec(study.named[spec]) == spec
+
+
+def test_no_is_not_said_before_the_last_analysis(tmp_path):
+    planted = planted_study("none, many seeds")
+    design = {"interim_analyses": {"at": [20, 40]}, "seeds": 40}
+    early = replace(planted, study=design, played=lambda spec: spec.seed < 20)
+    for each, evidence in ((early, OPEN), (replace(planted, study=design), NO)):
+        study = each.made()
+        with Store(filled(tmp_path / f"{evidence}.db", each.records(study))) as store:
+            (answer,) = answers(read(store, study))
+        assert answer.finding.evidence == evidence
+    assert "interim analysis" not in answer.text
