@@ -104,7 +104,8 @@ def _by_family(data: Data, each: Primary) -> str:
             f"{group.family} {_difference(difference, data.units[group.family], regrets)}"
             for group, difference, regrets in zip(each.families, each.differences, each.regrets, strict=True)
         ]
-        text += f" More regret with {data.called(each.compared.teacher)}, by family: {'; '.join(every)}."
+        one, other = map(data.called, (each.compared.teacher, each.compared.other))
+        text += f" Regret with {one} minus that with {other}, by family: {'; '.join(every)}."
     if lacking:
         where = f" in {listed(lacking, 'and')}" if len(each.families) > 1 else ""
         names = map(data.called, (each.compared.other, each.compared.teacher))
