@@ -4,6 +4,7 @@ import contextlib
 import importlib
 import inspect
 import json
+import random
 import re
 import warnings
 from collections.abc import Callable, Iterable, Mapping
@@ -14,6 +15,7 @@ from types import ModuleType
 from typing import Any, Unpack
 
 import gymnasium
+import numpy as np
 from gymnasium.envs.registration import EnvSpec, load_env_creator
 from rapidfuzz import fuzz
 
@@ -25,7 +27,7 @@ from teachers.oracle import Oracle
 from teachers.personality import Personality
 from teachers.phrasebook import Phrasebook
 from teachers.planning import Planner
-from teachers.planning.planner import REWARDS
+from teachers.planning.planner import REWARDS, PlanningError, shared_draws, wrong_form
 from teachers.spec import unknown
 from teachers.teacher import Teacher
 from teachers.voice import Voice
@@ -223,6 +225,8 @@ class RegisteredLesson(Lesson):
 
     def __init__(self, registered: Registered, given: Mapping[str, Any], turns: int, drawn: bool) -> None:
         self.registered, self.given = registered, {**given}
+        if given.get("oracle") == REWARDS:  # other teachers try the environment when they plan
+            self._check_form()
         self._arguments = registered, self.given, turns, drawn  # as `Registered._lesson` takes them
         oracle = given.get("oracle", "auto")
         if not isinstance(oracle, Planner | str):
@@ -236,6 +240,18 @@ class RegisteredLesson(Lesson):
             max_turns=turns,
         )
         self.summary = registered.summary
+
+    def _check_form(self) -> None:
+        """Check the form of what the environment returns; the global generators stay as they are."""
+        before, of_numpy = shared_draws()
+        try:
+            with contextlib.closing(self.registered.make(self.given)) as trial:
+                found = wrong_form(trial)
+        finally:
+            random.setstate(before)
+            np.random.set_state(of_numpy)  # noqa: NPY002 (only set back)
+        if found:
+            raise PlanningError(f"{self.registered.id}: {found}")
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Registered._lesson, self._arguments  # so that another process plans only once

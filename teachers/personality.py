@@ -9,7 +9,8 @@ which holds the memory of one episode. Personalities compose left to right with 
 import inspect
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import Field, dataclass
+from types import FunctionType
 from typing import Any, ClassVar, Concatenate, Generic, ParamSpec, Protocol, TypeVar, get_type_hints, overload
 
 import numpy as np
@@ -27,6 +28,7 @@ __all__ = [
     "PERSONALITIES",
     "Claims",
     "Personality",
+    "PersonalityError",
     "Pipeline",
     "Stage",
     "View",
@@ -40,6 +42,10 @@ Claims = Sequence[Claim[Any]]
 """Claims in speaking order."""
 P = ParamSpec("P")
 S = TypeVar("S", bound="Personality")
+
+
+class PersonalityError(TypeError):
+    """A class, or what it returns, has not the form of a personality."""
 
 
 class Stage(ABC, Generic[S]):
@@ -70,6 +76,18 @@ class Personality(Spec):
     """The source of the definition."""
 
     # A subclass sets these, as in `honest = False`, or computes them from its parameters in a property.
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        """Check the attributes that the class sets.
+
+        Raises:
+            PersonalityError: one is not of the form that is wanted.
+        """
+        super().__init_subclass__(**options)
+        for name, (form, has_it) in _FORMS.items():
+            value = vars(cls).get(name)
+            if name in vars(cls) and not _computed(value) and not has_it(value):
+                raise PersonalityError(f"{cls.__module__}:{cls.__qualname__}: {name} must be {form}, got {value!r}")
 
     @property
     def needs(self) -> frozenset[str]:
@@ -107,7 +125,17 @@ class Personality(Spec):
         return False
 
     def start(self, rng: np.random.Generator) -> Stage[Any]:
-        """The stage for one episode."""
+        """The stage for one episode.
+
+        Raises:
+            PersonalityError: the class has no stage.
+        """
+        if getattr(self, "stage", None) is None:
+            raise PersonalityError(
+                f"{type(self).__module__}:{type(self).__qualname__} lacks `stage`: set it to a subclass of "
+                "teachers.personality.Stage with a method speak(claims, view), or write the personality as a function "
+                "with the decorator `personality`"
+            )
         return self.stage(self, rng)
 
     # In arrays: for a class that only withholds or delays kinds of claims, what it overrides beside `stage`.
@@ -146,6 +174,51 @@ class Personality(Spec):
         if not isinstance(after, Personality):
             raise TypeError(f"what stands behind | must be a personality, such as harsh(), got {after!r}")
         return Pipeline((*stages_of(self), *stages_of(after)))
+
+
+def _computed(value: Any) -> bool:
+    """Whether an attribute is a property or the field of a dataclass, whose value its object has."""
+    return isinstance(value, Field) or (hasattr(value, "__get__") and not isinstance(value, FunctionType))
+
+
+_FORMS: dict[str, tuple[str, Callable[[Any], bool]]] = {
+    "needs": (
+        "a frozenset of abilities of the oracle, as in needs = frozenset({'values'}); allowed: "
+        f"{', '.join(ABILITIES)}",
+        lambda value: isinstance(value, frozenset) and value <= {*ABILITIES},
+    ),
+    "stage": (
+        "a subclass of teachers.personality.Stage, as in stage = MyStage",
+        lambda value: isinstance(value, type) and issubclass(value, Stage),
+    ),
+    **dict.fromkeys(
+        ("honest", "elsewhere", "reveals", "transparent", "mute"),
+        ("True or False, or a property", lambda value: isinstance(value, bool)),
+    ),
+}
+"""For attributes that a personality may set, the form that is wanted, and whether a value has it."""
+
+
+def check_said(said: Any, stage: Stage[Any]) -> tuple[Claim[Any], ...]:
+    """What a stage has said, as claims.
+
+    Raises:
+        PersonalityError: it said something else.
+    """
+    try:
+        claims = tuple(said)
+    except TypeError:
+        claims = (None,)
+    if isinstance(said, str) or not all(isinstance(claim, Claim) for claim in claims):
+        own = stage.spec if isinstance(stage, _Turn) else stage
+        where = f"{type(own).__module__}:{type(own).__qualname__}"
+        code = getattr(type(stage).speak, "__code__", None)
+        line = "" if code is None or own is not stage else f" (speak begins in line {code.co_firstlineno})"
+        raise PersonalityError(
+            f"{where}{line} must return claims, such as some of those that it is given, or () to say nothing, got "
+            f"{said!r:.80}; words of its own need a policy with reset and act, or a voice behind a personality"
+        )
+    return claims
 
 
 class _Turn(Stage["Memoryless"]):
@@ -208,10 +281,7 @@ def personality(
         hints = get_type_hints(function, include_extras=True)
 
         def says(claims: Claims, view: View, rng: np.random.Generator, **parameters: Any) -> Claims:
-            said = function(claims, view, rng, **parameters) if draws else function(claims, view, **parameters)
-            if said is None:
-                raise TypeError(f"{function.__name__} must return claims, or () to say nothing, got None")
-            return said
+            return function(claims, view, rng, **parameters) if draws else function(claims, view, **parameters)
 
         members = {
             "__module__": function.__module__,
@@ -261,7 +331,7 @@ class _InTurn(Stage["Pipeline"]):
 
     def speak(self, claims: Claims, view: View) -> Claims:
         for stage in self._stages:
-            claims = tuple(stage.speak(claims, view))
+            claims = check_said(stage.speak(claims, view), stage)
         return claims
 
 

@@ -10,7 +10,7 @@ from teachers.common import MayAsk, NotUnderstood
 from teachers.feedback import ALL, MIXED, draw_kinds, format_kinds, parse_kinds
 from teachers.information import PosteriorContext
 from teachers.oracle import POSTERIOR, Oracle
-from teachers.personality import Personality, Pipeline, View, check_served, parse_personality, stages_of
+from teachers.personality import Personality, Pipeline, View, check_said, check_served, parse_personality, stages_of
 from teachers.phrasebook import Drawn, Draws, Paraphrase, Phrasebook, Rewriting, check_paraphrase
 from teachers.seeds import Seeds
 from teachers.voice import Change
@@ -213,7 +213,8 @@ class Teacher:
         """The claims that the personality makes of the oracle's claims."""
         assert self._stage is not None  # noqa: S101  # a personality that is not transparent has one
         self._offered = self.oracle.judge(moment, kinds)
-        return tuple(claim for claim in self._stage.speak(self._offered, self._view) if claim.kind in kinds)
+        said = check_said(self._stage.speak(self._offered, self._view), self._stage)
+        return tuple(claim for claim in said if claim.kind in kinds)
 
     def _mix(self) -> frozenset[FeedbackType]:
         """A random subset of the kinds for this turn."""

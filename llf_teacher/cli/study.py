@@ -236,7 +236,10 @@ def export(
     ] = False,
     format: Annotated[
         str,
-        typer.Option("--format", help="Write training data instead of a table: chat, sft or dpo, with options."),
+        typer.Option(
+            "--format",
+            help="Write training data instead of a table: chat, sft, dpo, preferences or ratings, with options.",
+        ),
     ] = "",
 ) -> None:
     """Write the episodes of a store, or their turns, as a table or as training data."""
@@ -431,6 +434,8 @@ def _play_and_report(
         if played < store.count:
             for line in unseen(specs_of(study)):
                 console.print(escape_control_chars(line), highlight=False)
+        if not store.count:
+            errors.print("There is no report, since all episodes failed: mend what the error names first.")
         if store.count:
             console.print("Writing the report ...")
             data = write_report(store, study, report)

@@ -93,8 +93,8 @@ def suite(
     console = Console(emoji=False, stderr=True, markup=False)
     console.print(f"The student plays {estimate(student, only or (), quick, key)}, less what {store} has already,")
     console.print("and the references, whose scores are the units, play as well. The first episodes measure the speed.")
-    for line in unseen([student]) if store.exists() else ():
-        console.print(escape_control_chars(line), highlight=False)
+    for said in unseen([student]) if store.exists() else ():
+        console.print(escape_control_chars(said), highlight=False)
     with StudyProgress(console, measured=True) as progress, warnings.catch_warnings():
         warnings.filterwarnings("ignore", message=r"\d+ of \d+ episodes failed")  # the card gives the reason
 

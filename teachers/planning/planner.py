@@ -2,6 +2,7 @@
 
 import copy
 import random
+import reprlib
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -18,6 +19,7 @@ from worlds.wrapped.shared import SharedState, lacking
 _Env = gymnasium.Env[Any, Any]
 _T = TypeVar("_T")
 _TRIAL = 20  # steps
+_RESET, _STEP = 2, 5  # values that Gymnasium demands
 
 
 _HOLD = "a teacher that plans would change its student's world; hold all state in attributes that are copied"
@@ -239,6 +241,27 @@ def shared_draws() -> Any:
     return random.getstate(), np.random.get_state()  # noqa: NPY002 (only looked at)
 
 
+def wrong_form(env: _Env) -> str:
+    """How the results of an environment's own methods differ from the form that is wanted; empty if they do not."""
+    own = env.unwrapped
+    where = f"{type(own).__module__}:{type(own).__qualname__}"
+    try:
+        made = own.reset(seed=0)
+        if not isinstance(made, tuple) or len(made) != _RESET:
+            return f"{where}.reset must return two values (observation, info), got {reprlib.repr(made)}"
+        stepped = own.step(copy.deepcopy(env.action_space).sample())
+    except Exception as error:
+        takes = " must take the argument `seed`, as in reset(self, *, seed=None, options=None):"
+        return f"{where}.reset{takes} {error!r}" if "seed" in f"{error}" and isinstance(error, TypeError) else ""
+    if not isinstance(stepped, tuple) or len(stepped) != _STEP:
+        number = f"{len(stepped)} values" if isinstance(stepped, tuple) else f"a {type(stepped).__name__}"
+        return (
+            f"{where}.step must return five values (observation, reward, terminated, truncated, info), got {number}: "
+            f"{reprlib.repr(stepped)}"
+        )
+    return ""
+
+
 def check_steps(env: _Env) -> None:
     """Check that the environment can be reset and stepped.
 
@@ -248,13 +271,13 @@ def check_steps(env: _Env) -> None:
     try:
         space = copy.deepcopy(env.action_space)
         space.seed(0)
-        env.reset(seed=0)
+        _, _ = env.reset(seed=0)
         _, reward, terminated, _, _ = env.step(space.sample())
         if not _is_number(reward):
             raise TypeError(f"the reward must be a number, got {reward!r}")
         bool(terminated)
     except Exception as error:
         raise PlanningError(
-            f"the environment cannot be reset and stepped as Gymnasium demands: {error!r}; try "
+            f"the environment cannot be reset and stepped as Gymnasium demands: {wrong_form(env) or repr(error)}; try "
             "gymnasium.utils.env_checker.check_env(env)"
         ) from error

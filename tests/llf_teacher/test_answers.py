@@ -18,7 +18,7 @@ from llf_teacher.studies.report.answers import answers
 from llf_teacher.studies.report.data import read
 from llf_teacher.studies.store import Store
 
-WORDS = {YES: "Is this evidence of a difference? Yes.", NO: "evidence of a difference? No:", OPEN: "Not decided"}
+WORDS = {YES: "Is this evidence of a difference? Yes", NO: "evidence of a difference? No:", OPEN: "Not decided"}
 
 
 @pytest.mark.parametrize("planted", STUDIES, ids=lambda each: each.name.replace(" ", "-"))
@@ -40,6 +40,8 @@ def test_the_first_sentence_is_right(tmp_path, planted):
             else:
                 assert not re.search(r"loses (more|less) with [^ ]+ than", answer.text)
             assert answer.about.ratio == label.ratio == ("score " in answer.text.replace("no score", ""))
+            if planted.name == "small but clear":
+                assert "Yes, of a small one: the data exclude that one costs 22 % more than the other." in answer.text
             if label.mixed:
                 assert "It depends on the family" in answer.text
             seeds = len({record.spec.seed for record in records})

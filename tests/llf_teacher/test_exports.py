@@ -3,6 +3,7 @@
 import gc
 import json
 import math
+import re
 import tracemalloc
 
 import pytest
@@ -189,7 +190,7 @@ def test_memory_does_not_grow_with_the_store(found, tmp_path, spec):
 
 
 def test_what_is_no_format_is_refused(found, tmp_path):
-    assert export_names() == ("chat", "dpo", "sft")
+    assert export_names() == ("chat", "dpo", "preferences", "ratings", "sft")
     for spec, said in (
         ("char", "unknown format 'char'; did you mean chat"),
         ("sft(sucess=True)", "format 'sft': unknown parameter 'sucess'; did you mean success"),
@@ -210,3 +211,85 @@ def test_the_command_writes_them(found, tmp_path):
     done = CliRunner().invoke(app, ["study", "export", f"{found.path}", "x.jsonl", "--format", "chat", "--turns"])
     assert done.exit_code == 2
     assert "leave out" in done.output
+
+
+RATED = Study(
+    ids=["llf-gridworld-v0"],
+    teachers=["only(kinds='hp+hn')", "only(kinds='hp+hn') | mistake(eps=1)", "only(kinds='r')", "placebo", "silent"],
+    students=["random", "obedient", "text_only"],
+    seeds=8,
+    max_turns=4,
+)
+
+
+@pytest.fixture(scope="module")
+def rated(tmp_path_factory):
+    return run(RATED, tmp_path_factory.mktemp("rated") / "s.db", workers=1)
+
+
+def test_ratings_are_what_the_teacher_said_beside_the_truth(rated, tmp_path):
+    rows = written(rated, tmp_path, "ratings")
+    assert len(rows) == sum(row["turns"] for row in rated.rows())
+    teachers = {teacher: [row for row in rows if row["teacher"] == teacher] for teacher in RATED.teachers}
+    honest, wrong, paid, placebo, silent = teachers.values()
+    for each in (honest, wrong):
+        said = [row for row in each if row["rating"] is not None]
+        assert len(said) > len(each) / 2
+        agreed = sum(row["rating"] == row["true_rating"] for row in said) / len(said)
+        assert agreed == (1 if each is honest else 0)
+        assert all(atom["holds"] is (each is honest) for row in said for atom in row["said"])
+    assert all(row["stated_reward"] == row["reward"] and row["rating"] is None for row in paid)
+    assert not any(row["said"] or row["rating"] is not None for row in (*placebo, *silent))
+    assert all((row["regret"] < 1e-9) == (row["true_rating"] == 1) for row in rows)
+
+
+@pytest.mark.parametrize("length", [0, 2])
+def test_preferences_are_the_teachers_beside_the_truth(rated, tmp_path, length):
+    pairs = written(rated, tmp_path, f"preferences(length={length}, same_world={length == 0})")
+    assert {pair["teacher"] for pair in pairs} == {*RATED.teachers[:2]}  # the others rated nothing by praise and blame
+    honest, wrong = ([pair for pair in pairs if pair["teacher"] == teacher] for teacher in RATED.teachers[:2])
+    for pair in pairs:
+        one, other = pair["first"], pair["second"]
+        assert (one["key"], one["first_turn"]) != (other["key"], other["first_turn"])
+        if length == 0:
+            assert one["seed"] == other["seed"]
+        for each in (one, other):
+            assert len(each["obs"]) == len(each["acts"]) + 1 == len(each["rews"]) + 1 == len(each["ratings"]) + 1
+            assert not length or len(each["acts"]) == length
+            turns = rated.turns(each["key"])
+            assert each["acts"] == [t["action"] for t in turns[each["first_turn"] :]][: len(each["acts"])]
+            assert each["obs"][0] == turns[each["first_turn"] - 1]["observation"]
+            assert each["regret"] == pytest.approx(sum(each["regrets"]))
+        assert pair["true_label"] == (
+            0.5 if one["regret"] == other["regret"] else float(one["regret"] < other["regret"])
+        )
+        assert pair["agrees"] == (pair["label"] == pair["true_label"])
+    keys = [(each["key"], each["first_turn"]) for pair in pairs for each in (pair["first"], pair["second"])]
+    assert len(keys) == len(set(keys))
+    decided = [[pair for pair in of if 0.5 not in (pair["label"], pair["true_label"])] for of in (honest, wrong)]
+    shares = [sum(pair["agrees"] for pair in each) / len(each) for each in decided]
+    assert shares[0] > 0.9  # not 1: a verdict does not say how much an action lost
+    assert shares[1] < 0.1
+    assert written(rated, tmp_path, f"preferences(length={length}, same_world={length == 0})") == pairs
+
+
+def test_preferences_by_stated_rewards(rated, tmp_path):
+    pairs = written(rated, tmp_path, "preferences(by='rewards')")
+    assert {pair["teacher"] for pair in pairs} == {"only(kinds='r')"}
+    for pair in pairs:
+        assert pair["first"]["score"] == pytest.approx(sum(pair["first"]["rews"]))
+
+
+@pytest.mark.parametrize(
+    ("spec", "said"),
+    [
+        ("preferences(length=-1)", "length must be a number of turns, or 0 for whole episodes, got -1"),
+        ("preferences(by='x')", "unknown value of by 'x'; allowed: verdicts, rewards"),
+        ("preferences(same_world=1)", "same_world must be True or False, got 1"),
+        ("preferences(seed='a')", "seed must be an integer, got 'a'"),
+        ("ratings(x=1)", "format 'ratings': unknown parameter 'x'"),
+    ],
+)
+def test_options_of_preferences_are_checked(rated, tmp_path, spec, said):
+    with pytest.raises(ValueError, match=re.escape(said)):
+        write_export(rated, tmp_path / "rows.jsonl", spec)

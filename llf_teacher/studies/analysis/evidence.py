@@ -12,7 +12,7 @@ from typing import NamedTuple
 from llf_teacher.studies.analysis.contrasts import Test, least_p
 from llf_teacher.studies.analysis.primary import Primary
 from llf_teacher.studies.analysis.scores import Pairs
-from llf_teacher.studies.analysis.statistics import holm, paired_differences
+from llf_teacher.studies.analysis.statistics import Estimate, holm, paired_differences
 
 SMALL = 0.1
 """The greatest score that counts as no difference: the greater regret is then 22 % more than the other."""
@@ -63,13 +63,18 @@ def finding(each: Primary, comparisons: int, test: Test | None, pairs: Pairs) ->
             Evidence.OPEN, f"{estimate.n} seeds are too few for any difference to be significant", (), ()
         )
     same = estimate.why == "all equal" and not estimate.mean
-    if same or -SMALL <= estimate.low <= estimate.high <= SMALL:
+    if same or is_small(estimate):
         return PairEvidence(Evidence.NO, "", against, along)
     if estimate.why:
         why = f"the difference is not significant, and has no interval ({estimate.why})"
     else:
         why = "the difference is not significant, and the interval allows for one that is not small"
     return PairEvidence(Evidence.OPEN, why, against, along)
+
+
+def is_small(score: Estimate) -> bool:
+    """Whether the interval of a score excludes a difference that is not small."""
+    return -SMALL <= score.low <= score.high <= SMALL
 
 
 def _significant(each: Primary, test: Test, pairs: Pairs) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -10,6 +10,7 @@ and installed packages that it imports.
 """
 
 import ast
+import contextlib
 import importlib.util
 import sys
 import sysconfig
@@ -159,11 +160,7 @@ def _find(module: str) -> ModuleSpec | None:
     for name in _with_parents(module):
         if spec is not None and (within := spec.submodule_search_locations) is None:
             return None
-        finders = (getattr(finder, "find_spec", None) for finder in sys.meta_path)
-        try:
-            spec = next((found for find in finders if find and (found := find(name, within))), None)
-        except Exception:  # finders are other packages' own
-            return None
+        spec = _found(name, within)
         if spec is None:
             return None
         if name == module:
@@ -171,6 +168,15 @@ def _find(module: str) -> ModuleSpec | None:
         if (path := _file_of(spec)) is not None and not _is_own(path):
             return spec
     return spec
+
+
+def _found(module: str, within: Sequence[str] | None) -> ModuleSpec | None:
+    """The spec of a module in its package, of which these are the folders."""
+    for finder in sys.meta_path:
+        with contextlib.suppress(Exception):  # a finder may be another package's own
+            if (spec := finder.find_spec(module, within)) is not None:
+                return spec
+    return None
 
 
 def _file_of(spec: ModuleSpec | None) -> Path | None:
@@ -203,7 +209,8 @@ def _read(path: Path, changed: int, size: int) -> _Source:
     except (SyntaxError, ValueError):
         return _Source(digest_of(content), (), (), ())
     names = {each.attr if isinstance(each, ast.Attribute) else each.id for each in _references(tree)}
-    imports, reads = [], []
+    imports: list[tuple[str, int, tuple[str, ...]]] = []
+    reads: list[str] = []
     writes = bool(names & _WRITES)
     for each in ast.walk(tree):
         if isinstance(each, ast.Import):
@@ -236,7 +243,7 @@ def _called(call: ast.Call) -> str:
 def _writes(call: ast.Call) -> bool:
     """Whether a call of `open` names a mode of writing."""
     values = [*call.args[isinstance(call.func, ast.Name) :], *(each.value for each in call.keywords)]
-    modes = [f"{each.value}" for each in values if isinstance(each, ast.Constant)]
+    modes = [each.value for each in values if isinstance(each, ast.Constant) and isinstance(each.value, str)]
     return any(len(mode) <= 3 and {*mode} & {*"wax+"} for mode in modes)
 
 

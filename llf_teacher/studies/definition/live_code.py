@@ -16,9 +16,11 @@ from llf_teacher.studies.definition.parsed_code import digest_of, plain
 
 _MAIN = "__main__"
 _CONSTANTS = (int, float, complex, str, bytes, type(None))
-_OF_PYTHON = ("__module__", "__qualname__", "__doc__", "__dict__", "__weakref__", "__slots__", "__abstractmethods__")
-_OF_PYTHON += ("__firstlineno__", "__static_attributes__", "__annotations__", "__annotate_func__", "__match_args__")
-_OF_PYTHON += ("__annotations_cache__", "__orig_bases__", "__parameters__", "__classdictcell__", "_abc_impl")
+_OF_PYTHON = (
+    *("__module__", "__qualname__", "__doc__", "__dict__", "__weakref__", "__slots__", "__abstractmethods__"),
+    *("__firstlineno__", "__static_attributes__", "__annotations__", "__annotate_func__", "__match_args__"),
+    *("__annotations_cache__", "__orig_bases__", "__parameters__", "__classdictcell__", "_abc_impl"),
+)
 
 
 class LiveCode(NamedTuple):

@@ -220,7 +220,8 @@ class Study:
         try:
             baseline = teacher_spec(self.baseline)
         except ValueError as error:
-            problems.append(f"baseline: {error}")
+            named = isinstance(self.baseline, str) and self.baseline not in self.teachers and "(" not in self.baseline
+            problems.append(f"baseline: {unknown('teacher', self.baseline, self.teachers) if named else error}")
             return BASELINE
         if baseline not in self.teachers and baseline != BASELINE:
             problems.append(f"baseline: {unknown('teacher', baseline, self.teachers)}")

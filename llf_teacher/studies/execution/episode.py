@@ -18,7 +18,7 @@ from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import Policy, Student
 from llf_teacher.studies.definition.design import SAME, TEST_TYPE, TESTER
 from llf_teacher.studies.definition.options import read_options
-from teachers.personality import Personality
+from teachers.personality import Personality, PersonalityError
 
 
 class _Lesson(NamedTuple):
@@ -102,6 +102,23 @@ def play(spec: EpisodeSpec, begins: Callable[[int], object] | None = None) -> Re
             if begins:
                 begins(turn.moment.turn + 1)
         return Record(spec, recorder.episode(student.reads), tuple(recorder.rows))
+
+
+def rehearse(spec: EpisodeSpec) -> None:
+    """Let the teacher of an episode speak in two turns of a random student, to see whether what it says has the form.
+
+    Other errors of its code are left to the episodes, which fail and have them in the store.
+
+    Raises:
+        ValueError: it says what are no claims.
+    """
+    short = spec._replace(student="random", max_turns=min(spec.max_turns, 2), draws=0, reader=NOBODY)
+    try:
+        play(short._replace(lessons=0, taught="", worlds=""))
+    except PersonalityError as error:
+        raise ValueError(f"teacher {spec.teacher!r}: {error}") from None
+    except (Exception, SystemExit):  # noqa: S110  # users' own code may raise anything
+        pass
 
 
 def attend(spec: EpisodeSpec, player: Student, policy: Policy[Student]) -> None:

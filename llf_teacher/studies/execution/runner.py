@@ -5,6 +5,7 @@ import itertools
 import os
 import platform
 import re
+import threading
 from bisect import bisect_right
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from functools import partial
@@ -23,15 +24,18 @@ from llf_teacher.speakers.parsing import parse_reader, parse_teacher
 from llf_teacher.speakers.speaker import Speaker
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.trait import traits_of
-from llf_teacher.studies.definition.custom_specs import check_portable
+from llf_teacher.studies.definition.custom_specs import check_portable, is_ours
 from llf_teacher.studies.definition.stored_specs import facts_of
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution import changes, executors
+from llf_teacher.studies.execution.episode import rehearse
 from llf_teacher.studies.execution.executors import Executor, ExecutorError, Lost, Work
-from llf_teacher.studies.execution.limits import Limits
+from llf_teacher.studies.execution.limits import Clock, Limits, TimeIsUp
+from llf_teacher.studies.execution.shared_functions import put_back
 from llf_teacher.studies.execution.worker import Packed, Stop, describe_episode, run_episode, set_up
 from llf_teacher.studies.store import Store, StoreError
 from llf_teacher.studies.store.store_lock import lock_store
+from teachers.personality import Personality, stages_of
 
 if TYPE_CHECKING:
     from llf_teacher.studies.execution.interim import Decision
@@ -124,6 +128,8 @@ class _Tally(NamedTuple):
     """Students of the episodes to be played."""
     turns: int
     """Greatest number of turns of an episode to be played."""
+    teachers: Mapping[str, EpisodeSpec]
+    """Teachers of the episodes to be played, each with its first episode."""
 
     @property
     def done(self) -> int:
@@ -218,6 +224,7 @@ class _Run:
             teacher.check(os.environ | self._environment)
         if tally.todo and isinstance(reader := parse_reader(self._study.reader), LLMReader):
             reader.check(os.environ | self._environment)
+        self._rehearse(tally)
         waits = asks_here(self._study, tally.students)
         executor = options.engine(workers, waits)
         if waits and workers is None and executor == "threads":
@@ -243,6 +250,20 @@ class _Run:
             raise error
         return self._played
 
+    def _rehearse(self, tally: _Tally) -> None:
+        """Let each personality of the user's own speak, before anything is played; errors as in `rehearse`."""
+        for teacher, spec in tally.teachers.items():
+            parsed = parse_teacher(teacher)
+            told = getattr(parsed, "personality", parsed)
+            if not isinstance(told, Personality) or all(is_ours(stage) for stage in stages_of(told)):
+                continue
+            clock = Clock(self._options.limits if threading.current_thread() is threading.main_thread() else Limits())
+            try:
+                with contextlib.suppress(TimeIsUp), clock.running():
+                    rehearse(spec)
+            finally:
+                put_back()
+
     def _specs(self) -> Iterator[EpisodeSpec]:
         shard, keys = self._options.shard, self._options.keys
         specs = itertools.islice(self._study.episodes(), shard.number - 1, None, shard.of)
@@ -258,6 +279,7 @@ class _Run:
     def _count(self) -> _Tally:
         there = lost = todo = turns = 0
         students: dict[str, None] = {}
+        teachers: dict[str, EpisodeSpec] = {}
         for spec in self._specs():
             if self._is_there(spec):
                 there += 1
@@ -266,8 +288,9 @@ class _Run:
             else:
                 todo += 1
                 students[spec.student] = None
+                teachers.setdefault(spec.teacher, spec)
                 turns = max(turns, spec.max_turns * (spec.lessons + 1))
-        return _Tally(there, lost, todo, tuple(students), turns)
+        return _Tally(there, lost, todo, tuple(students), turns, teachers)
 
     def _ends(self, analysis: int) -> bool:
         """Whether the design ends the study now; reports the decisions from this analysis on."""
@@ -341,13 +364,20 @@ class _Run:
         """The error that reports failed episodes; None without any."""
         first = self._first
         if first is None:
-            lost = f"{tally.lost} of {tally.total} episodes failed in an earlier run"
-            return EpisodeError(lost) if tally.lost else None
+            return EpisodeError(failures_in_words(self._store, tally.lost, tally.total)) if tally.lost else None
         if self._failed == 1:
             return first
         error = EpisodeError(f"{self._failed} of {tally.total} episodes failed, the first: {first}")
         error.trace = first.trace
         return error
+
+
+def failures_in_words(store: Store, number: int, total: int) -> str:
+    """How many episodes failed earlier, with the reason of the first one in the store."""
+    first = next(store.failures(), None)
+    named = {} if first is None else {name: first[name] for name in ("id", "teacher", "student", "seed")}
+    reason = "" if first is None else f", such as {named}: {first['error']}"
+    return f"{number} of {total} episodes failed in an earlier run{reason}"
 
 
 def asks_here(study: Study, students: Iterable[str]) -> bool:

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from llf_teacher.studies.analysis.evidence import Evidence, PairEvidence, finding
+from llf_teacher.studies.analysis.evidence import Evidence, PairEvidence, finding, is_small
 from llf_teacher.studies.analysis.primary import Primary
 from llf_teacher.studies.analysis.scores import pairs
 from llf_teacher.studies.analysis.statistics import Estimate, p_words
@@ -82,15 +82,17 @@ def _numbers(data: Data, each: Primary) -> str:
 
 
 def _verdict(data: Data, each: Primary, said: PairEvidence) -> str:
+    mean = " on average over the families" if len(each.families) > 1 else ""
+    excluded = f"the data exclude that one costs 22 % more than the other{mean}"
     if said.evidence is Evidence.YES:
-        return "Is this evidence of a difference? Yes."
+        small = f", of a small one: {excluded}" if each.ratio and is_small(each.score.estimate) else ""
+        return f"Is this evidence of a difference? Yes{small}."
     if said.evidence is Evidence.OPEN:
         played = f": {data.present} of {data.expected} episodes have been played, and" if data.test is None else ":"
         return f"Is this evidence of a difference? Not decided{played} {said.why}."
     if each.score.estimate.why:
         return "Is this evidence of a difference? No: the regret is the same in every seed."
-    mean = " on average over the families" if len(each.families) > 1 else ""
-    return f"Is this evidence of a difference? No: the data exclude that one costs 22 % more than the other{mean}."
+    return f"Is this evidence of a difference? No: {excluded}."
 
 
 def _by_family(data: Data, each: Primary) -> str:
@@ -102,7 +104,8 @@ def _by_family(data: Data, each: Primary) -> str:
             f"{group.family} {_difference(difference, data.units[group.family], regrets)}"
             for group, difference, regrets in zip(each.families, each.differences, each.regrets, strict=True)
         ]
-        text += f" More regret with {data.called(each.compared.teacher)}, by family: {'; '.join(every)}."
+        one, other = map(data.called, (each.compared.teacher, each.compared.other))
+        text += f" Regret with {one} minus that with {other}, by family: {'; '.join(every)}."
     if lacking:
         where = f" in {listed(lacking, 'and')}" if len(each.families) > 1 else ""
         names = map(data.called, (each.compared.other, each.compared.teacher))

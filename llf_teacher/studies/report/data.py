@@ -152,6 +152,12 @@ def read(store: Store, study: Study) -> Data:
     planned = plan(study)
     with columns(store, planned) as there:
         sums = there.sums()
+        if not sums and (failed := there.failures()):
+            first = next(store.failures())
+            raise ValueError(
+                f"{store.path} holds no played episode of this study: {sum(failed.values())} failed, the first "
+                f"because of {first['error']}; mend this, and run the study with --retry-failed"
+            )
         if not sums:
             raise ValueError(
                 f"{store.path} holds no episode of this study; run it first. The store has {store.count} others; to "
