@@ -23,10 +23,12 @@ from teachers.atoms import (
     contradictions,
     unhedged,
 )
+from teachers.common import hedge
 from teachers.information import DrawnWorld
 from teachers.oracle import ABILITIES
 from teachers.personalities.delayed import Delayed
-from teachers.personality import Personality, parse_personality, stages_of
+from teachers.personality import Claims, Personality, Pipeline, View, parse_personality, stages_of
+from teachers.personality import personality as make_personality
 from teachers.session import Session
 from teachers.spec import parse_call
 from teachers.testing.pupil import Pupil
@@ -51,7 +53,7 @@ def check_spec(personality: Personality, pupil: Pupil) -> None:
         cls = type(stage)
         require(cls.__doc__ and stage.source, f"{stage} has no docstring of its own, or no source")
         require(cls() and hash(stage) is not None, f"{stage} needs a default for each parameter")
-        call = parse_call("personality", str(stage), "`name` or `name(key=value)`")
+        call = parse_call("personality", str(stage), "`name` or `name(key=value)`", prefixes=1)
         require(cls(**call.arguments) == stage, f"the spec {stage} does not give back its value")
         require(stage.needs <= set(ABILITIES), f"{stage} needs {set(stage.needs)}, not of {ABILITIES}")
         definition = (sys.modules[cls.__module__].__doc__ or "").partition("\n")[0].partition(": ")[2]
@@ -59,7 +61,7 @@ def check_spec(personality: Personality, pupil: Pupil) -> None:
 
 
 def check_promise(personality: Personality, pupil: Pupil) -> None:
-    """If it is honest, all its flat claims are true; if not, it adds claims to the oracle's, all of them false.
+    """If it is honest, all its flat claims are true; if not, it adds false claims to the oracle's, or bends hedges.
 
     If it does not reveal what to do, it gives no advice with an action. For claims of other moments see
     `check_elsewhere`.
@@ -79,8 +81,24 @@ def check_promise(personality: Personality, pupil: Pupil) -> None:
                 elif atom.claim not in true and not personality.elsewhere:
                     require(not atom.claim.holds(moment, lab), f"{personality}: {atom.claim} holds of {moment}")
                     invented += 1
-    told = personality.honest or personality.elsewhere or invented
+    told = personality.honest or personality.elsewhere or invented or _bends(personality, pupil)
     require(told, f"{personality} is not honest, but says nothing false in {pupil.turns} turns")
+
+
+def _bends(personality: Personality, pupil: Pupil) -> bool:
+    """Whether it changes the probability of hedges, and so misleads without a false claim."""
+    hedges = Pipeline((_unsure(), personality))
+    said = [atom.claim for episode in pupil.taught(hedges, pupil.turns) for _, atoms, _ in episode for atom in atoms]
+    return any(isinstance(claim, HedgedClaim) and claim.p != _SURE for claim in said)
+
+
+_SURE = 0.8
+
+
+@make_personality(source="ours")
+def _unsure(claims: Claims, view: View) -> Claims:
+    """Hedges every claim, as a teacher without the truth."""
+    return [hedge(claim, _SURE) for claim in claims]
 
 
 def check_elsewhere(personality: Personality, pupil: Pupil) -> None:

@@ -229,14 +229,6 @@ class Mixing(Personality):
     stage = Fibbing
 
 
-@dataclass(frozen=True)
-class Needy(Personality):
-    """Needs what no oracle has."""
-
-    needs = frozenset({"telepathy"})
-    stage = Frank
-
-
 @pytest.mark.parametrize(
     ("check", "liar", "message"),
     [
@@ -246,7 +238,6 @@ class Needy(Personality):
         (kit.check_elsewhere, Homebound(), "Homebound says .* of no other moment"),
         (kit.check_elsewhere, Mixing(), "Mixing: .* does not hold elsewhere"),
         (kit.check_meaning, torn(), "torn contradicts itself of"),
-        (kit.check_spec, Needy(), "Needy needs .*telepathy.*, not of"),
     ],
     ids=lambda value: getattr(value, "__name__", str(value)),
 )

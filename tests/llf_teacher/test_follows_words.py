@@ -89,7 +89,7 @@ class Unready(Claim):
     kind = FP
 
     def holds(self, moment, lab):
-        raise KeyError("no such room")
+        raise TypeError("no such room")
 
 
 def test_what_is_read_and_cannot_be_checked_is_false_in_a_world():
@@ -102,7 +102,7 @@ def test_what_is_read_and_cannot_be_checked_is_false_in_a_world():
     read.learn([Atom(Unready(), "Hm.", 0)], [Atom(Unready(), "Hm.", 0)])
     assert read.ignored == 1, "it is false in all of them"
     assert np.isfinite(read.regrets()).any()
-    with pytest.raises(KeyError, match="no such room"):
+    with pytest.raises(TypeError, match="no such room"):
         said.learn([Atom(Unready(), "Hm.", 0)])
 
 

@@ -96,5 +96,5 @@ def test_pass_at_k_is_the_share_of_subsets_with_a_success(k):
 
 @pytest.mark.parametrize("samples", [0, 1.5, True, "8"])
 def test_what_is_no_number_of_samples(samples):
-    with pytest.raises(ValueError, match="samples must be an integer of at least 1"):
+    with pytest.raises(ValueError, match="samples must be an integer from 1 to 1000000"):
         Study(**ONE, samples=samples)

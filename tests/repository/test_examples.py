@@ -86,6 +86,32 @@ def test_the_verdict_on_late_or_wrong_words_is_that_of_the_tests():
         assert verdict.endswith(", 6 seeds); of families late in 2, wrong in 1, open in 1")
 
 
+def test_the_verdict_on_small_models_needs_no_model(tmp_path, monkeypatch):
+    """A model that does as it is told, one that is deaf, and one that was not asked."""
+    monkeypatch.setenv("LLF_CACHE", str(tmp_path / "none"))
+    heard, deaf = (
+        f"llm(model='local:{name}')" for name in ("smollm2-135m#b179c9523d0e", "qwen2.5-coder-0.5b#1d9614638d18")
+    )
+    advice = "only(kinds='fp')"
+    controls = ("silent", f"{advice} | placebo", f"{advice} | misaligned")
+    rest = {"turns": 8, "parse_failures": 0, "truncated": 0, "advised": 8, "followed": 6, "seconds": 16.0}
+    rows = [
+        {"id": family, "family": family, "teacher": teacher, "student": student, "seed": seed, **rest}
+        | {"regret": seed % 2 if (student, teacher) == (heard, advice) else 7 + seed % 3}
+        for family in ("bandits", "gridworld")
+        for student in (heard, deaf, "random")
+        for teacher in (advice, *controls)
+        for seed in range(3000, 3020)
+    ]
+    path = tmp_path / "rows.jsonl"
+    path.write_text("".join(f"{json.dumps(row)}\n" for row in rows), encoding="utf-8")
+    out = printed("known_results/small_models", "--from", path, "--plot", tmp_path / "it.png")
+    assert "SmolLM2 135M learns from what it is told: yes" in out
+    assert "Qwen2.5-Coder 0.5B learns from what it is told: no" in out
+    assert "Qwen2.5-Coder 1.5B learns from what it is told: not played" in out
+    assert (tmp_path / "it.png").stat().st_size > 10_000
+
+
 @pytest.mark.full
 @pytest.mark.parametrize(
     ("name", "rows", "effects"),

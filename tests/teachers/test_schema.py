@@ -250,10 +250,12 @@ def test_a_plan_has_an_action_by_schema_and_builder(name):
             vocabulary.claim_of({"type": each, "actions": []})
 
 
-def test_what_cannot_be_checked_is_named_without_internals():
+def test_what_cannot_be_checked_is_named_without_internals(monkeypatch):
     parking = FAMILIES["parking"]
     teacher = parking.make_teacher(parking.make_world())
     empty = Push(pedal="push forwards", way=())
+    assert not holds(empty, MOMENT, teacher.oracle, teacher.voice)
+    monkeypatch.setattr(Push, "holds", lambda claim, moment, lab: len(None))
     with pytest.raises(
         ValueError, match=r"^Push\(.*way=\(\)\) cannot be checked: the world has no such thing, nor words"
     ):

@@ -74,11 +74,6 @@ def check_portable(specs: Iterable[str]) -> None:
         )
 
 
-def is_ours(stage: Personality) -> bool:
-    """Whether a personality is one of this package's."""
-    return type(stage).__module__.rpartition(".")[0] == stage.package
-
-
 def _global(thing: Any) -> str:
     """The name of a class or a function in its module."""
     name = getattr(thing, "__qualname__", "")

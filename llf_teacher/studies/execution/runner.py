@@ -24,8 +24,8 @@ from llf_teacher.speakers.parsing import parse_reader, parse_teacher
 from llf_teacher.speakers.speaker import Speaker
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.trait import traits_of
-from llf_teacher.studies.definition.custom_specs import check_portable, is_ours
-from llf_teacher.studies.definition.stored_specs import facts_of
+from llf_teacher.studies.definition.custom_specs import check_portable
+from llf_teacher.studies.definition.stored_specs import facts_of, is_own
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution import changes, executors
 from llf_teacher.studies.execution.episode import rehearse
@@ -35,7 +35,7 @@ from llf_teacher.studies.execution.shared_functions import put_back
 from llf_teacher.studies.execution.worker import Packed, Stop, describe_episode, run_episode, set_up
 from llf_teacher.studies.store import Store, StoreError
 from llf_teacher.studies.store.store_lock import lock_store
-from teachers.personality import Personality, stages_of
+from teachers.personality import Personality
 
 if TYPE_CHECKING:
     from llf_teacher.studies.execution.interim import Decision
@@ -253,9 +253,8 @@ class _Run:
     def _rehearse(self, tally: _Tally) -> None:
         """Let each personality of the user's own speak, before anything is played; errors as in `rehearse`."""
         for teacher, spec in tally.teachers.items():
-            parsed = parse_teacher(teacher)
-            told = getattr(parsed, "personality", parsed)
-            if not isinstance(told, Personality) or all(is_ours(stage) for stage in stages_of(told)):
+            parsed = parse_teacher(teacher) if is_own(teacher) else None
+            if not isinstance(getattr(parsed, "personality", parsed), Personality):
                 continue
             clock = Clock(self._options.limits if threading.current_thread() is threading.main_thread() else Limits())
             try:
