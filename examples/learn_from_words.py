@@ -4,9 +4,11 @@
     llf models get smollm2-135m
     python examples/learn_from_words.py --out DIR --signals a b d f --seeds 3
 
-runs for hours, may be killed at any time, and goes on from the last update when it is run again. `--table` prints the
-table from the stored rows alone; `--pilot` measures and says how long all of it would take; `--device cuda --dtype
-bfloat16 --model FOLDER` trains a larger model. What follows was written before any run that it judges.
+runs for hours, may be killed at any time, and goes on from the last update when it is run again. Several such commands
+with other signals share a folder: on two cores two of them, each with OMP_NUM_THREADS=1, do more than one with two
+threads. `--table` prints the table from the stored rows alone; `--pilot` measures and says how long all of it takes;
+`--device cuda --dtype bfloat16 --model FOLDER` trains a larger model. What follows was written before any run that it
+judges.
 
 **Worlds.** Houses of a town (`llf-gridworld-v0`, 6 rooms, no objects) in whose first room the agent sees at least 3
 doors and the type of room behind each; the treasure is behind one of them, in a room of the town's type. An episode is
@@ -30,9 +32,10 @@ the first three paraphrases and the voice `plain`. Learning rates are the defaul
 in town 6 (attic), which no judged run plays: for each signal the one of a half, one and two defaults with the greatest
 success in 50 houses of that town after a quarter of the updates, and the smaller one of equals.
 
-**Size.** 36 updates of 32 environment steps. On a core of 2026 SmolLM2-135M acts at 212 tokens and learns at 103 tokens
-a second of CPU, and a step has 161 tokens: with two cores about 28 minutes a run and 6 hours for (a), (b), (d) and (f)
-with 3 seeds. Signals beyond these four get fewer seeds where time is short, which the table then says.
+**Size.** 36 updates of 32 environment steps. On one core of an Intel Xeon with one thread, SmolLM2-135M acts at 212 and
+learns at 103 tokens a second; an update of (b) takes 57 s of CPU and 10,300 tokens. A run with its tests is about 45
+minutes of a core, so that (a), (b), (d) and (f) with 3 seeds are about 9 hours of a core, or 4.5 hours of two. Signals
+beyond these four get fewer seeds where time is short, which the table then says.
 
 **Primary outcome.** The share of test houses in which the treasure is found, without feedback in the prompt, by greedy
 answers after the last update.
@@ -77,6 +80,8 @@ from word_signals import (
 )
 
 from llf_teacher.studies.analysis.statistics import holm
+from llf_teacher.studies.store import StoreError
+from llf_teacher.studies.store.store_lock import lock_store
 
 if TYPE_CHECKING:
     from word_training import Learner
@@ -554,8 +559,12 @@ def _work(options: argparse.Namespace, console: Console) -> None:
         for seed in range(options.seeds):  # seed by seed, so that an early end has all signals of some seeds
             for letter in (BASE, *letters):
                 run = Run(options.out, letter, seed, settings)
-                if not run.done:
-                    run.go(learner, progress(f"({letter}) seed {seed}", options.updates))
+                try:
+                    with lock_store(run.folder):
+                        if not run.done:
+                            run.go(learner, progress(f"({letter}) seed {seed}", options.updates))
+                except StoreError:
+                    console.print(f"({letter}) seed {seed} is being run by another command")
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -19,6 +19,8 @@ import learn_from_words as program  # noqa: E402
 from word_signals import Rows, Town  # noqa: E402
 from word_training import Learner  # noqa: E402
 
+from llf_teacher.studies.store.store_lock import lock_store  # noqa: E402
+
 TEMPLATE = (
     "{% for m in messages %}<s> {{ m['content'] }} </s> {% endfor %}{% if add_generation_prompt %}<s> {% endif %}"
 )
@@ -109,6 +111,14 @@ def test_killed_in_an_update_it_goes_on_with_the_same_result(tmp_path, folder, l
     assert rows_of(cut, f"{letter}-0") == rows_of(whole, f"{letter}-0")
     ended = [torch.load(out / f"{letter}-0/checkpoint-00004/adapter.pt") for out in (cut, whole)]
     assert all(torch.equal(value, ended[1][name]) for name, value in ended[0].items())
+
+
+def test_a_run_of_another_command_is_left_to_it(tmp_path, folder):
+    small = (*SMALL, "--signals", "b", "f")
+    with lock_store(tmp_path / "b-0"):
+        assert "(b) seed 0 is being run by another command" in run(tmp_path, folder, *small)
+    assert not (tmp_path / "b-0").exists()
+    assert "(b) imitate the advised action | 1" in run(tmp_path, folder, *small)
 
 
 def test_bad_input_ends_with_one_message_and_keeps_the_checkpoint(tmp_path, folder, monkeypatch):
