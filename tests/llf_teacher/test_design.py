@@ -29,7 +29,7 @@ def test_a_baseline_is_one_of_the_teachers():
     assert small(baseline=" placebo( ) ").baseline == "placebo"
     with pytest.raises(ValueError, match=r"baseline: unknown teacher 'retry_only'; .*allowed: oracle, silent, placebo"):
         small(baseline="retry_only")
-    with pytest.raises(ValueError, match="baseline: unknown personality 'nobody'"):
+    with pytest.raises(ValueError, match="baseline: unknown teacher 'nobody'; allowed: oracle, silent, placebo"):
         small(baseline="nobody")
 
 

@@ -282,8 +282,8 @@ def test_a_student_is_watched(tiny):
 
 
 def test_a_model_teaches(tiny):
-    done = llf("play", "llf-gridworld-v0", "--student", "random", "--teacher", "llm_teacher(model='local:tiny')",
-               "--seed", "3", "--max-turns", "2")  # fmt: skip
+    done = llf("play", "llf-gridworld-v0", "--student", "random", "--teacher",
+               "llm_teacher(model='local:tiny', says='words')", "--seed", "3", "--max-turns", "2")  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert "teacher, words [unchecked]: Response:" in done.stdout
 

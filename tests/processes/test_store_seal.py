@@ -95,7 +95,9 @@ def read_by(name, store, folder):
 
 
 def test_all_readers_are_tried():
-    listed = re.findall(r"^\W*(\w+)  +\w", llf("study", "--help").stdout.partition("Commands")[2], re.MULTILINE)
+    listed = re.findall(
+        r"^\W*(\w+)  +\w", llf("study", "--help").stdout.partition("Commands")[2].partition("\u2570")[0], re.MULTILINE
+    )
     assert set(listed) - {"run"} == {command for command, *_ in READERS.values()}
 
 
