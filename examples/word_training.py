@@ -35,7 +35,7 @@ disable_progress_bars()
 warnings.filterwarnings("ignore", module="(torch|transformers|trl|peft|accelerate)")
 
 RANK = 16
-RATES = {"grpo": 2e-4, "sft": 5e-4, "dpo": 1e-4}
+RATES = {"grpo": 2e-4, "sft": 1e-3, "dpo": 1e-4}
 """Learning rate of each trainer, unless the command chooses another."""
 STEPS = 4
 """Optimizer steps of an update; each takes a quarter of its examples."""
