@@ -400,14 +400,17 @@ def _anchor(env: _Env, info: dict[str, Any]) -> tuple[_Env, dict[str, Any]] | No
 
 
 def _play(envs: list[_Env], actions: Sequence[Sequence[Any]]) -> list[list[Any]]:
-    """The results of actions in environments that take turns; when an episode ends, another begins."""
+    """The results of actions in environments that take turns; when an episode ends, another begins.
+
+    Its reset has a seed: without one, an environment may draw from the operating system, and copies differ by chance.
+    """
     traces: list[list[Any]] = [[] for _ in envs]
     for now in zip(*actions, strict=True):
         for env, trace, action in zip(envs, traces, now, strict=True):
             observation, reward, terminated, truncated, _ = env.step(action)
             trace.append((still(observation), float(reward), bool(terminated), bool(truncated)))
             if terminated or truncated:
-                trace.append(still(env.reset()[0]))
+                trace.append(still(env.reset(seed=len(trace))[0]))
     return traces
 
 
