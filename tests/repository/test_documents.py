@@ -314,7 +314,7 @@ def test_links_lead_somewhere():
                 if path.name == "CHANGELOG.md":  # it names pages of its time, and the site leads to those of today
                     file = SITE["today"](file)
                 there = path.parent / file if file else path
-                assert there.exists(), f"{path.name}: {target}"
+                assert there.is_file(), f"{path.name}: {target}"
                 assert not heading or heading in headings(there), f"{path.name}: {target}"
 
 
