@@ -19,7 +19,7 @@ GROUPS = {
         "docs/environments": ("docs/families/README", "docs/families/*"),
         "docs/teachers": ("docs/personality-gallery", "docs/personalities"),
         "docs/students": (),
-        "docs/language-models": (),
+        "docs/language-models": ("docs/model-options",),
         "docs/claims": (),
     },
     "Guides": {
