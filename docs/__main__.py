@@ -160,9 +160,12 @@ def _add_tree(page: Path, folder: Path, names: list[str], caption: str = "") -> 
 
 
 def _entry(folder: Path, name: str) -> str:
-    """A line of a list of pages; a title of more than a line of the navigation is replaced by the file's name."""
+    """A line of a list of pages: of `Seats: how ...?` the subject alone; a long title gives way to the file's name."""
     path = folder / f"{name}.md"
-    title = path.read_text(encoding="utf-8").partition("\n")[0] if path.exists() else ""
+    title = path.read_text(encoding="utf-8").partition("\n")[0].removeprefix("# ") if path.exists() else ""
+    subject, colon, _ = title.partition(": ")
+    if colon and title.endswith("?"):
+        return f"{subject} </{name}>"
     return f"{path.stem.replace('_', ' ')} </{name}>" if len(title) > LONGEST else f"/{name}"
 
 
