@@ -50,7 +50,7 @@ table = episodes.pivot_table(
 print(table)
 
 # %% [markdown]
-# How much of what was said was true, late or wrong (`distorted`) is in the table, too: every claim was checked as it was said.
+# The table also has how many claims were true, late or wrong (`distorted`): every claim was checked as it was said.
 
 # %%
 claims = episodes.groupby("teacher")[["claims", "truthful", "late", "distorted"]].sum()
