@@ -1,7 +1,7 @@
 """Screenshots of what people read, to be looked at: `.ci/screenshots FOLDER`.
 
-README as a code host shows it, the site's start page, ten of its pages and a family's, the report in three places, the page of
-`llf serve` in three seats, and a frame of a film: each at three widths, on a light and on a dark screen.
+README as a code host shows it, the site's start page, ten of its pages and a family's, the report in three places, the
+page of `llf serve` in three seats, and a frame of a film: each at three widths, on a light and on a dark screen.
 """
 
 import argparse
