@@ -42,16 +42,19 @@ def lifetimes(rows: int) -> llf_teacher.TeacherVectorEnv:
         feedback_type="fp",  # it can say what to do next, and nothing else
         teacher_reward="student_progress",  # minus the moves that the student wastes
         announce=True,  # the student says first what it means to do
-        options={"min_goal_dist": 6},  # the treasure is far
-        pool=4 * LIVES,  # a row that has ended begins again, in one of so many houses
+        options={
+            "min_goal_dist": 6,  # the treasure is far
+            "pool": 4 * LIVES,  # a row that has ended begins anew, in one of so many houses
+        },
     )
 
 
 # %% [markdown]
 # ## What a teacher sees and does
 #
-# Of each lifetime it sees numbers: the turn, how much is at stake, what is left of its budget, and what the student has
-# done so far. Its action is `0b01000`, advice, or `0`, silence.
+# Of each lifetime it sees numbers: the turn, how much is at stake (`importance`), what is left of its budget, and what the
+# student has done so far. `mistake` is 1 if the student announces a move that is not the best, and `way` grows with the
+# moves that are left to the treasure. Its action is `0b01000`, advice, or `0`, silence.
 
 # %%
 ADVICE = 0b01000
@@ -65,8 +68,8 @@ def wasted(speaks, seeds: range | list[int]) -> np.ndarray:
 
     Args:
         speaks: what is seen, shape (rows, numbers) -> whether to give advice, shape (rows,).
-        seeds: of the lifetimes, one for each row. A seed is a house. The student's chance, such as which move it
-            tries first, depends on all the seeds: equal lists are equal lifetimes.
+        seeds: one for each lifetime. A seed is a house. What its student tries by chance depends on all the seeds,
+            so only equal lists of seeds are equal lifetimes.
     """
     rows = len(seeds)
     envs = lifetimes(rows)
