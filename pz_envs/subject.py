@@ -36,7 +36,7 @@ GYM = "gym:"
 TUTORING = "tutoring"
 """The default seating: one teacher and one student."""
 _OF_TEACHER_ENV = ("actions", "announce", "same_world", "vary")
-"""Arguments that only `llf_teacher.TeacherEnv` takes, beside `student`."""
+"""Arguments that only `TeacherEnv` takes, beside `student`."""
 
 
 _shown = takes_settings(names={"max_turns": "max_cycles"})
@@ -92,10 +92,10 @@ class Subject(ABC):
         """What takes an option that this subject lacks, to complete a message; empty if nothing does."""
         if option == "student":
             return (
-                "; a student is for llf_teacher.TeacherEnv(student=...), or for PettingZoo's seats a partner in "
+                "; a student is for TeacherEnv(student=...), or for PettingZoo's seats a partner in "
                 "pz_envs.parallel_seats.ParallelSeats(env, {'student_0': policy})"
             )
-        return f"; {option!r} is an argument of llf_teacher.TeacherEnv" if option in _OF_TEACHER_ENV else ""
+        return f"; {option!r} is an argument of TeacherEnv" if option in _OF_TEACHER_ENV else ""
 
     def for_lesson(self, settings: Settings) -> "Subject":
         """The subject of a lesson with these settings; a new subject if its teachers plan for options and turns."""
