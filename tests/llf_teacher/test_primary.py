@@ -86,12 +86,13 @@ def test_regret_in_no_arm_is_no_difference():
     assert (one.mean, one.more(1)) == (0, None)
 
 
-def test_families_with_fewer_seeds_count_where_they_were_played():
+def test_families_with_fewer_seeds_weigh_as_much_as_others():
     told = [*rows([4.0, 6, 4, 6]), *rows([2.0, 3, 2, 3], teacher="oracle")]
     told += [*rows([9.0], "slow"), *rows([9.0], "slow", teacher="oracle")]
     (one,) = primary(outcomes(told), "silent", None)
     plain = (np.array([4.0, 6, 4, 6]) - [2, 3, 2, 3]) / 7.5
-    assert one.mean == pytest.approx(np.mean([plain[0] / 2, *plain[1:]]))
+    assert one.mean == pytest.approx(plain.mean() / 2) == pytest.approx(np.mean(one.shares))
+    assert one.score.estimate.n == 4
 
 
 def test_p_is_adjusted_by_holm_over_what_is_declared():
