@@ -63,7 +63,7 @@ class Planted:
         """The study."""
         teachers = dict.fromkeys(key if isinstance(key, str) else key[0] for key in self.means)
         fields = {"ids": [GRID], "teachers": list(teachers), "students": ["obedient"], "seeds": 20}
-        fields["compare"] = [list(self.labels[0].pair)]
+        fields["compare"] = [list(label.pair) for label in self.labels[:1]]
         return Study(**{name: value for name, value in (fields | dict(self.study)).items() if value is not None})
 
     def records(self, study: Study) -> list[Record]:

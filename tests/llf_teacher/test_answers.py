@@ -302,3 +302,24 @@ def test_what_was_changed_after_data_is_said(tmp_path):
         else:
             played = {"seeds": 18, "teachers": 16}.get(name, 24)
             assert f"Changed after data. {played} episodes had been played before {name} got the present form." in text
+
+
+def test_a_student_looks_the_same_in_both_figures_and_rows_say_against_whom(tmp_path):
+    """The first comparison has no score with `obedient`, since nothing is lost in bandits."""
+
+    def regret(spec):
+        means = {"oracle": 2.0, OWN: 2.1 if spec.student == "obedient" else 5.0, "mix": 6.0}
+        nothing = spec.student == "obedient" and spec.id == BANDIT and spec.teacher != "mix"
+        return 0.0 if nothing else means[spec.teacher] * (0.9 + 0.01 * spec.seed)
+
+    study = {"ids": [GRID, BANDIT], "students": ["obedient", "text_only"], "teachers": ["oracle", OWN, "mix"]}
+    study |= {"compare": [[OWN, "oracle"], [OWN, "mix"]]}
+    for baseline in ("silent", "mix"):
+        path = tmp_path / baseline
+        path.mkdir()
+        _, html = written(path, Planted("", {}, (), {**study, "baseline": baseline}, regret=regret))
+        start, end = (html.index(f'id="findings-{name}"') for name in ("scores", "differences"))
+        for figure in (html[start:end], html[end:]):
+            assert re.findall(r">(obedient|text_only)<", figure)[:2] == ["obedient", "text_only"]
+        assert not re.search("(against|with) (<code>)?silent", html[start:end]), "the study does not have it"
+        assert ("against mix, or the teacher that is named: above 0" in html[start:end]) == (baseline == "mix")

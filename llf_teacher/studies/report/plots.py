@@ -192,7 +192,7 @@ def gain_plot(
         series: students in the order of their colours.
         gains: scores over all families, by (row, series); missing scores are blank.
         single: scores in each family, drawn as marks; marks beyond the axis are drawn at its end.
-        baseline: the teacher at 0 of the rows that name none; empty: all name one.
+        baseline: what is at 0, such as the teacher of the rows that name none; empty: all name one.
         width: of the figure in inches.
     """
     narrow = width < WIDTH

@@ -89,6 +89,8 @@ def _values(data: Data) -> Mapping[str, Any]:
         "missing": "",
         "answers": [each.text for each in answers(data)],
         "baseline": data.study.baseline,
+        "beside": any(each.compared.other == data.study.baseline for each in data.compared),
+        "named_others": any(each.compared.other != data.study.baseline for each in data.compared),
         "scores": _scores(data),
         "differences": _differences(data),
         "without": [each for each in data.compared if not each.ratio],
@@ -231,9 +233,11 @@ def _scores(data: Data) -> Plot | None:
     found = [each for each in ranked(data) if each.ratio]
     if not found:
         return None
-    rows, series = _labels(data, found)
-    against_baseline = any(each.compared.other == data.study.baseline for each in found)
-    baseline = data.called(data.study.baseline) if against_baseline else ""
+    rows, _ = _labels(data, found)
+    _, series = _labels(data, ranked(data))  # a student looks the same in both figures
+    others = {each.compared.other for each in found}
+    baseline = data.called(data.study.baseline) if data.study.baseline in others else ""
+    baseline += ", or the teacher that is named" if baseline and len(others) > 1 else ""
     return Plot(
         name="findings-scores",
         title="Score of each teacher against another with each student, over all families.",
