@@ -135,6 +135,11 @@ def test_a_file_states_its_question(tmp_path):
             {"compare": "oracle"},
             "compare must be a list of pairs of teachers, as in .*, got 'oracle'",
         ),
+        (
+            {"question": "Which?", "compare": ()},
+            r"question: no comparison answers it, since there is no teacher 'silent' to compare with; name pairs of "
+            r"teachers, as in compare = \[\[.planted:Grudge., .mix.\]\], or another .* in baseline = .planted:Grudge.",
+        ),
         ({"compare": [["oracle"]]}, r"compare must be a list of pairs .* got \['oracle'\] among them"),
         ({"compare": [["oracle", "silent"]]}, "compare: unknown teacher 'silent'"),
         ({"compare": [["oracle", "oracle"]]}, "compare: a teacher cannot be compared with itself, got 'oracle' twice"),
