@@ -84,8 +84,8 @@ class Planted:
 
 
 def record(spec: EpisodeSpec, regret: float) -> Record:
-    """An episode of one turn with a regret."""
-    counts = dict.fromkeys(EpisodeRow._fields[7:24], 0) | dict.fromkeys(EpisodeRow._fields[24:30])
+    """An episode of one turn with a regret; its teacher has said something that has no claim."""
+    counts = dict.fromkeys(EpisodeRow._fields[7:24], 0) | dict.fromkeys(EpisodeRow._fields[24:30]) | {"unchecked": 1}
     row = EpisodeRow(
         entry(spec.id).family.name, "claims", 1, False, None, 0.0, regret, **counts, regrets=pack_regrets([regret])
     )

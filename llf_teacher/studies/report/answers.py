@@ -54,16 +54,16 @@ def _nothing(data: Data, one: str, other: str) -> str:
     """Why two teachers that the study compares have no comparison."""
     head = f"Nothing can be said about {one} and {other}"
     if data.present < data.expected:
-        lost = sum(data.failures.values())
-        failed = f", {lost} failed" if lost else ""
-        return (
-            f"{head}: no student that reads what teachers say was taught by both on the same seeds. "
-            f"{data.present} of {data.expected} episodes have been played{failed}."
-        )
+        return f"{head}: no student that reads what teachers say was taught by both on the same seeds. {_played(data)}."
     return (
         f"{head}: no student of this study can hear a difference, since it does not read what teachers say, there is "
         "no feedback, or both teachers are silent."
     )
+
+
+def _played(data: Data) -> str:
+    lost = sum(data.failures.values())
+    return f"{data.present} of {data.expected} episodes have been played{f', {lost} failed' if lost else ''}"
 
 
 def _own_first(each: Primary) -> tuple[bool, bool]:
@@ -123,7 +123,7 @@ def _verdict(data: Data, each: Primary, said: PairEvidence) -> str:
         small = f", of a small one: {excluded}" if each.ratio and is_small(each.score.estimate) else ""
         return f"Is this evidence of a difference? Yes{small}."
     if said.evidence is Evidence.OPEN:
-        played = f": {data.present} of {data.expected} episodes have been played, and" if data.test is None else ":"
+        played = f": {_played(data)}, and" if data.test is None else ":"
         return f"Is this evidence of a difference? Not decided{played} {said.why}."
     if each.score.estimate.why:
         return "Is this evidence of a difference? No: the regret is the same in every seed."

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from llf_teacher.studies.analysis.evidence import Evidence
 from llf_teacher.studies.analysis.primary import Primary, enough, least
-from llf_teacher.studies.definition.stored_specs import is_own
+from llf_teacher.studies.definition.stored_specs import is_own, teacher_of
 from llf_teacher.studies.report.answers import answers, beyond, evidence, result
 from llf_teacher.studies.report.data import Data
 from llf_teacher.studies.report.figure import Plot
@@ -107,6 +107,7 @@ def _values(data: Data) -> Mapping[str, Any]:
         "result": lambda each: result(data, each),
         "exploratory": len(data.compared) - len(primary),
         "later": _later(data),
+        "wordless": _wordless(data),
     }
 
 
@@ -126,6 +127,15 @@ def _later(data: Data) -> Later | None:
             names |= dict.fromkeys(differing)
             episodes += count.shown
     return Later(tuple(names), episodes) if names else None
+
+
+def _wordless(data: Data) -> list[str]:
+    """The teachers that said nothing though they are not mute, such as one that looks for a kind that there is not."""
+    said: dict[str, float] = {}
+    for setting, each in data.sums.items():
+        if not setting.lessons and setting.feedback_type != "n":
+            said[setting.teacher] = said.get(setting.teacher, 0) + each.sums["claims"] + each.sums["unchecked"]
+    return [teacher for teacher, number in said.items() if not number and not teacher_of(teacher).mute]
 
 
 def _missing(data: Data) -> str:
