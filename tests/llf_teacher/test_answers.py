@@ -16,6 +16,7 @@ from llf_teacher.studies.definition.study import Study, load_study, to_toml
 from llf_teacher.studies.report import findings, render
 from llf_teacher.studies.report.answers import answers
 from llf_teacher.studies.report.data import read
+from llf_teacher.studies.report.plots import folded
 from llf_teacher.studies.store import Store
 
 WORDS = {YES: "Is this evidence of a difference? Yes", NO: "evidence of a difference? No:", OPEN: "Not decided"}
@@ -328,3 +329,8 @@ def test_a_student_looks_the_same_in_both_figures_and_rows_say_against_whom(tmp_
             assert re.findall(r">(obedient|text_only)<", figure)[:2] == ["obedient", "text_only"]
         assert not re.search("(against|with) (<code>)?silent", html[start:end]), "the study does not have it"
         assert ("against mix, or the teacher that is named: above 0" in html[start:end]) == (baseline == "mix")
+
+
+def test_a_long_label_breaks_between_kinds():
+    assert folded("only(kinds='reward+praise+blame')") == "only(kinds='reward+praise+\nblame')"
+    assert folded("mistake(eps=0.3) against delayed(turns=2)") == "mistake(eps=0.3) against\ndelayed(turns=2)"
