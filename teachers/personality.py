@@ -369,7 +369,7 @@ class Pipeline(Personality):
 
     @property
     def reveals(self) -> bool:
-        """Whether a stage reveals actions that no later one keeps back; one with claims of its own needs none before it."""
+        """Whether a stage reveals actions that no later one keeps back; some need no claims of earlier stages."""
         revealed = True
         for stage in self.stages:
             own = "plan" in stage.needs or stage.evidence or stage.elsewhere
