@@ -388,4 +388,6 @@ def _reply(turn: Exchange) -> Message:
 
 def _size(messages: Iterable[Message]) -> int:
     """Bytes of the messages' texts."""
-    return sum(len((text_of(message) or f"{message.get('tool_calls')}").encode()) for message in messages)
+    return sum(
+        len((text_of(message) or f"{message.get('tool_calls')}").encode(errors="replace")) for message in messages
+    )
