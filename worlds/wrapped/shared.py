@@ -96,7 +96,7 @@ class SharedState:
             for base in (*cls.__mro__, *type(cls).__mro__):
                 if id(cls) in own or base is cls:
                     self._track_class(base)
-        for name in {cls.__module__: None for cls in self._classes}:
+        for name in {f"{getattr(cls, '__module__', '')}": None for cls in self._classes}:
             if (module := sys.modules.get(name)) is not None:
                 self._track_names(module, f"the globals of {name}")
         bare = type(env.unwrapped)
