@@ -10,8 +10,10 @@ import gymnasium
 import pytest
 
 import llf_teacher
+from pz_envs.lesson import SharedStateWarning
 from teachers.planning import Exact, Expert, PlanningError
 from teachers.planning.planner import RewardsOnlyWarning
+from teachers.reward_oracle import RewardOracle
 from worlds.wrapped.shared import SharedState
 
 _ROW = """
@@ -556,6 +558,23 @@ class Own(Row):
     assert not shared.changed()
     assert (env.get(), type(env).total, str(type(env).luck.bit_generator.state)) == (0, 0, before)
     assert "ROW_SET_BACK" not in os.environ
+
+
+class Restores(RewardOracle):
+    """An oracle of a user's own, which may step copies."""
+
+    needs_truth = True
+
+
+def test_a_users_own_oracle_in_a_shared_world_is_warned_of():
+    made = built(TURNED + COUNTED["a callable object of the class"])
+    with pytest.warns(SharedStateWarning, match="a step changes the class attribute Own.count.*needs_truth = False"):
+        llf_teacher.teach(made(), Restores)
+    assert made.count() == 1, "what was tried is set back"
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        llf_teacher.teach(built(_OWN)(), Restores)
+        llf_teacher.teach(made())
 
 
 COUNTED = {  # where a counter of all steps may be, which reset leaves as it is; `first` sets it to 0
