@@ -9,7 +9,7 @@ from typing import Any
 
 from gymnasium import spaces
 
-from pz_envs.text.answer_place import NOUNS, PLAIN, brackets, masked, sentences
+from pz_envs.text.answer_place import NOUNS, PLAIN, brackets, masked, sentences, words
 from pz_envs.text.json_values import finite_value, lenient_value
 from worlds.world import World
 
@@ -35,14 +35,14 @@ _ENDS = f"{_AROUND}.,;:!"
 _BRACKETS = {"[": "]", "(": ")", "{": "}", "<": ">"}
 _BULLET = re.compile(r"(?:[>#*\u2022-]+|[-=]>|\u2192)[ \t]+|[0-9]{1,2}[.)][ \t]+(?=[A-Za-z*`\"])")
 _YOU = re.compile(r"\A\W*you (?=(?:should|must)\b)", re.IGNORECASE)  # "you go north" may tell a story
-_BEHIND = frozenset(
-    """the my now next then first please again here instead answer choice this is it turn time final best better too good
-    right correct direction way action move""".split()
+_BEHIND = words(
+    """the my now next then first please again here instead answer choice this is it turn time final best better too
+    good right correct direction way action move"""
 )
 """Words behind an action that leave it as it is."""
 _WORD = re.compile(r"[^\s,;:(]+")
 _NEXT = re.compile(r"[\s*_`]*([A-Za-z]+)")
-_OWN_CLAUSE = re.compile(r",\s+(?:(?:but|so|and|then|therefore)\s+)?(?=(?:i|i'll|i'd|i'm|we|we'll|let|let's)\s)")
+_OWN_CLAUSE = re.compile(r",\s+(?:\w+\s+)?(?=(?:i|we|let)\b)", re.IGNORECASE)
 _CONDITION = re.compile(r"\W*(?:if|when|unless|had|were|whether|until|before)\b", re.IGNORECASE)
 _CAUSE = re.compile(r"\W{0,3}(?:because|since|as|for|so|which|that|where|in order|to(?! [\[(0-9]))\b", re.IGNORECASE)
 _BUT_NOT = re.compile(r"\W{0,3}(?:(?:and |but )?not\b(?!\W*$)|instead of\b|rather than\b)", re.IGNORECASE)
@@ -59,11 +59,11 @@ _BACK = re.compile(
     """,
     re.IGNORECASE | re.VERBOSE,
 )
-_OTHERWISE = re.compile(r"\W*(?:but|if|unless|when|do not|don't)\b", re.IGNORECASE)
+_OTHERWISE = re.compile(r"\W*(?:but|or(?! so)|if|unless|when|do not|don't)\b", re.IGNORECASE)
 _REMARK = re.compile(r"\s*(?:[,;:(\u2013\u2014]|[-=] )")
-_CHANGED = frozenset(
-    """cm mm km inch inches feet degrees radians percent centimetres centimeters reverse reversed opposite swapped inverted
-    negated flipped wrong incorrect rejected forbidden not""".split()
+_CHANGED = words(
+    """cm mm km inch inches feet degrees radians percent centimetres centimeters reverse reversed opposite swapped
+    inverted negated flipped wrong incorrect rejected forbidden not"""
 )
 """Words of a short remark that make an action another."""
 _SYMBOLS = re.compile(r"[()\[\]'\"?\\{}|/%!$+*^]+")
@@ -105,10 +105,10 @@ def on_first_line(text: str, world: World[Any], depth: int = 0) -> tuple[Any, st
     The action is the first paragraph, JSON, or the first sentence that is one on the first line. A line that announces
     with a colon goes on.
     """
-    paragraph, _, rest = text.partition("\n\n")
+    paragraph, _, rest = text.strip().partition("\n\n")
     if (action := exact_action(paragraph, world, depth)) is not None:
         return action, rest
-    if (found := in_json(text, world, depth))[0] is not None or text.startswith("{"):
+    if (found := in_json(text, world, depth))[0] is not None or text.lstrip().startswith("{"):
         return found
     for sentence, until in sentences(text):
         if (action := read_sentence(sentence, world, depth)) is not None:
@@ -145,14 +145,14 @@ def _denies(text: str) -> bool:
 
 def taken_back(text: str) -> bool:
     """Whether the text behind an action takes it back."""
-    return bool(_BACK.search(re.sub(r"\"[^\"\n]*\"", "", text)))
+    return bool(_BACK.search(text))
 
 
 def names_any(text: str, world: World[Any]) -> bool:
     """Whether some words of a text, in a row, are an action; the first `_SCANNED` words are read."""
     for form in (text, _SYMBOLS.sub(" ", text)):
-        words = list(islice(_WORD.finditer(masked(form)), _SCANNED))
-        spans = ((first.start(), last.end()) for at, first in enumerate(words) for last in words[at : at + _WORDS // 2])
+        found = list(islice(_WORD.finditer(masked(form)), _SCANNED))
+        spans = ((first.start(), last.end()) for at, first in enumerate(found) for last in found[at : at + _WORDS // 2])
         if any(exact_action(form[begin:end], world) is not None for begin, end in spans):
             return True
     return False
@@ -168,16 +168,16 @@ def read_sentence(text: str, world: World[Any], depth: int = 0) -> Any:
         TwoActions: a remark behind the action names another one.
     """
     text = _YOU.sub("", _bare(text))
-    clauses = () if _CONDITION.match(text) else _OWN_CLAUSE.finditer(text.lower().replace("\u2019", "'"))
+    clauses = () if _CONDITION.match(text) else _OWN_CLAUSE.finditer(text)
     begins = [0, *(clause.end() for clause in clauses)]
     return next((found for begin in begins if (found := _chosen(text[begin:], world, depth)) is not None), None)
 
 
 def _chosen(text: str, world: World[Any], depth: int = _DEPTH) -> Any:
     """The action of a clause in which plain words stand before it, and a remark may stand behind it."""
-    words = list(islice(_WORD.finditer(masked(text)), 3 * _WORDS))
-    for at, word in enumerate(words[:_WORDS]):
-        for last in reversed(words[at : at + _WORDS]):
+    found = list(islice(_WORD.finditer(masked(text)), 3 * _WORDS))
+    for at, word in enumerate(found[:_WORDS]):
+        for last in reversed(found[at : at + _WORDS]):
             if (action := exact_action(text[word.start() : last.end()], world, depth)) is not None:
                 return action if _fits(text[last.end() :], action, world) else None
         said = word[0].strip(f"{_AROUND}.").replace("\u2019", "'").lower()
@@ -186,9 +186,9 @@ def _chosen(text: str, world: World[Any], depth: int = _DEPTH) -> Any:
     return None
 
 
-def _own(words: frozenset[str], world: World[Any]) -> frozenset[str]:
+def _own(plain: frozenset[str], world: World[Any]) -> frozenset[str]:
     """Plain words and those of a world, without those of its actions."""
-    return words.union(world.action_fillers, world.answer_names).difference(*map(str.split, world.action_words))
+    return plain.union(world.action_fillers, world.answer_names).difference(*map(str.split, world.action_words))
 
 
 def _fits(remark: str, action: Any, world: World[Any]) -> bool:
@@ -197,28 +197,27 @@ def _fits(remark: str, action: Any, world: World[Any]) -> bool:
     Raises:
         TwoActions: they name another action.
     """
-    if (cause := _CAUSE.match(remark)) and world.action_words:  # as in `north to south`
-        return _chosen(remark[cause.end() :], world) in (None, action)
-    if cause or _BUT_NOT.match(remark):
+    if _BUT_NOT.match(remark):
         return True
     while (word := _NEXT.match(remark)) and word[1].lower() in _own(_BEHIND, world):
         remark = remark[word.end() :]
-    remark = remark.rstrip(_ENDS)
-    if not remark.strip(f"{_ENDS})") or _CAUSE.match(remark) or (remark[0] in ",(" and _BUT_NOT.match(remark)):
+    if cause := _CAUSE.match(remark):  # to worlds with words, as in `north to south`, it may be a way
+        return not world.action_words or _chosen(remark[cause.end() :], world) in (None, action)
+    bare = remark.strip(f"{_ENDS}()[]=\u2013\u2014-")
+    if not bare or (remark[0] in ",(" and _BUT_NOT.match(remark)):
         return True
-    words = re.findall(r"[a-z0-9_]+|%", remark.lower())
-    if not _REMARK.match(remark) or _BACK.search(remark) or _OTHERWISE.match(remark) or words == ["%"]:
+    said = re.findall(r"[a-z0-9_]+|%", remark.lower())
+    if not _REMARK.match(remark) or _BACK.search(remark) or _OTHERWISE.match(remark) or said == ["%"]:
         return False
-    if len(words) <= 4 and _CHANGED.intersection(words):
+    if len(said) <= 4 and _CHANGED.intersection(said):
         return False
-    listed = tuple(word.replace("_", "") for word in words if word.replace("_", "") in world.action_parts)
+    listed = tuple(word.replace("_", "") for word in said if word.replace("_", "") in world.action_parts)
     if listed != world.action_parts and sorted(listed) == sorted(world.action_parts):
         return False
-    bare = remark.strip(f"{_ENDS}()[]=\u2013\u2014-") if "[" not in remark else remark.strip(f"{_ENDS}=-")
-    pieces = [bare, *re.split(r"[,;()]|\b(?:and|or|then)\b", remark), *re.findall(r"\[[^\[\]]*\]", remark)]
-    the_one([action, *(_chosen(piece, world) for piece in pieces[:_PIECES])])
-    other = remark.lstrip()[0] in "-=" and not bare.startswith(("a ", "an ", "the "))
-    return not other or _chosen(bare, world) is not None
+    again = _chosen(bare, world)
+    the_one([action, again])
+    computed = remark.lstrip()[0] in "-=" and not bare.startswith(("a ", "an ", "the "))  # as in `x - gradient`
+    return again is not None or not computed
 
 
 # Actions without other words.

@@ -182,9 +182,9 @@ def failure(text: str, world: World[Any], why: str = NOTHING) -> ParseFailure:
 def _read(answer: str, world: World[Any]) -> Any:
     """The action of an answer in a world that does not take texts word for word."""
     label, said = find_place(answer, world.answer_names)
-    if (action := _whole(answer, world)) is not None or (label and (action := _whole(said, world)) is not None):
+    if (action := _whole(answer, world)) is not None or (label and (action := _whole(said.strip(), world)) is not None):
         return action
-    action, rest = on_first_line(said, world) if label else _anywhere(without_thoughts(said), world)
+    action, rest = on_first_line(said, world) if label else _anywhere("\n" + without_thoughts(said), world)
     if action is None:
         return failure(_found(answer, world), world, _reason(label, said, world))
     if taken_back(rest):
@@ -202,13 +202,12 @@ def _whole(text: str, world: World[Any]) -> Any:
 
 
 def _anywhere(text: str, world: World[Any]) -> tuple[Any, str]:
-    """The action of a text without a label, in JSON, a sentence or a fence, and what follows it."""
+    """The action of a text without a label, in JSON or a sentence, and what follows it."""
     if (found := in_json(text, world))[0] is not None or _OPENED.match(text):
         return found
     read = [(read_sentence(sentence, world), until) for sentence, until in sentences(text)]
-    if (action := the_one(action for action, _ in read)) is not None:
-        return action, text[max(until for action, until in read if action is not None) :]
-    return the_one(exact_action(each, world) for each in fenced(text)), ""
+    action = the_one(action for action, _ in read)
+    return action, text[max((until for each, until in read if each is not None), default=0) :]
 
 
 def _found(answer: str, world: World[Any]) -> str:

@@ -20,21 +20,30 @@ __all__ = [
     "sentences",
     "unmarked",
     "without_thoughts",
+    "words",
 ]
+
+
+def words(text: str) -> frozenset[str]:
+    """The words of a text."""
+    return frozenset(text.split())
+
 
 NOUNS = ("action", "answer", "response", "move", "choice", "command", "decision", "output")
 """Names of an answer: labels, and keys of JSON."""
-PLAIN = frozenset(
-    """a an the this that it is be my me us our your i i'll i'd i'm am we we'll we'd let let's will would should must shall
-    want plan think propose suggest recommend prefer choose pick select take try use using go going do make stick follow
-    following teacher's advice to and with again now then next first instead here here's so thus hence therefore just
-    definitely certainly simply please sure ok okay yes well best better final correct right optimal good chosen option
-    number decision answer response action move command choice - \u2013 :""".split()
+PLAIN = words(
+    """a an the this that it is be my me us our your i i'll i'd i'm am we we'll we'd let let's will would should must
+    shall want plan think propose suggest recommend prefer choose pick select take try use using go going do make stick
+    follow following teacher's advice to and with again now then next first instead here here's so thus hence therefore
+    just definitely certainly simply please sure ok okay yes well best better final correct right optimal good chosen
+    option number decision answer response action move command choice - \u2013 :"""
 )
 """Words before an action, or a label, that only say that it is chosen."""
 _THOUGHTS = "thoughts?|thinking|reasoning|reasons?|explanation|rationale|justification|note|why"
 _MARKS = r"[ \t#*_>`(\[<$-]{0,12}"
-_THOUGHT = re.compile(rf"(?:^{_MARKS}|(?<=\s)[*_]{{0,3}})(?:{_THOUGHTS})[*_]{{0,3}}[ \t]?[:\uff1a?]", re.IGNORECASE | re.MULTILINE)
+_THOUGHT = re.compile(
+    rf"(?:^{_MARKS}|(?<=\s)[*_]{{0,3}})(?:{_THOUGHTS})[*_]{{0,3}}[ \t]?[:\uff1a?]", re.IGNORECASE | re.MULTILINE
+)
 _TOKEN = re.compile(
     r"<\|\w+\|>(?:assistant\b|model\b)?|</?s>|<(?:bos|eos|end_of_turn)>|<start_of_turn>(?:model\b)?|\[/?INST\]"
     r"|<\uff5cend\u2581of\u2581sentence\uff5c>"
@@ -48,7 +57,7 @@ _QUOTED = re.compile(r"\"(?:[^\"\\\n]|\\.)*+\"|\u201c[^\u201c\u201d\n]*+\u201d")
 _BRACKETS = re.compile(r"\[[^\[\]]*+\]|\([^()]*+\)|\{[^{}]*+\}")
 _CLOSING = {"[": "]", "(": ")", "<": ">"}
 _END = re.compile(r"(?<=[.!?;])[ \t]+|\s*\n\s*")
-_NUMBERED = re.compile(r"^[ \t*_]*[0-9]{1,2}[.)](?=[ \t])", re.MULTILINE)
+_NUMBERED = re.compile(r"(?<=\n)[ \t*_]*[0-9]{1,2}[.)](?=[ \t])")
 _SENTENCES = 40  # from each end of a text
 _BRACED = 20_000  # characters in which brackets are looked for
 _DEEP = 6  # brackets within brackets
@@ -60,7 +69,7 @@ class AnswerPlace(NamedTuple):
     label: str
     """The last label with a text behind it, else the last one; empty if there is none, or other text before it."""
     said: str
-    """The text behind the label, up to a thought; without a label the text itself."""
+    """The text behind the label, up to a thought; without a label the text itself. A line's end before it stays."""
 
 
 def cleaned(text: str) -> str:
@@ -102,10 +111,10 @@ def find_place(text: str, names: tuple[str, ...] = (), verbatim: bool = False) -
         verbatim: whether a label must begin a line, and one of `names` be alone on it.
     """
     text = _tag(names).sub(lambda tag: "\n" if tag[1] else "\nAnswer: ", text)
-    labels = [*_labels(names, verbatim).finditer(text if verbatim else _unquoted(text))]
+    labels = [*_labels(names, verbatim).finditer(_unquoted(text))]
     ends = [*(label.start() for label in labels[1:]), len(text)]
     for label, end in zip(reversed(labels), reversed(ends), strict=False):
-        said = thoughtless(text[label.end() : end]).strip()
+        said = thoughtless(text[label.end() : end]).rstrip().lstrip(" \t")
         if said.strip("*_`# \n"):
             opened = label[0].strip()[:1]
             return AnswerPlace(label[0].strip(), said.removesuffix(_CLOSING[opened]) if opened in _CLOSING else said)
@@ -130,7 +139,7 @@ def _unquoted(text: str) -> str:
 
 
 def masked(text: str, mask: str = "_") -> str:
-    """The text with `_` in place of each quotation, and `mask` in place of what stands in brackets; the length stays."""
+    """The text with `_` for each character of a quotation, and `mask` for each of what stands in brackets."""
     text = _QUOTED.sub(lambda found: "_" * len(found[0]), text)
     for _ in range(_DEEP if len(text) <= _BRACED else 0):
         text = _BRACKETS.sub(lambda found: mask * len(found[0]), text)
@@ -145,11 +154,9 @@ def brackets(text: str) -> list[tuple[int, int]]:
 def sentences(text: str) -> list[tuple[str, int]]:
     """The sentences of a text and the positions behind them; lines end sentences, and fences are no sentences.
 
-    In a text of several lines a number and a dot that begin a line number it, and are no sentence.
+    A number and a dot behind the end of a line number the next one, and are no sentence.
     """
-    seen = masked(text)
-    if "\n" in text.strip():
-        seen = _NUMBERED.sub(lambda number: "_" * len(number[0]), seen)
+    seen = _NUMBERED.sub(lambda number: "_" * len(number[0]), masked(text))
     found, at = [], 0
     for begin, end in [*(end.span() for end in _END.finditer(seen)), (len(text), len(text))]:
         if (said := text[at:begin].strip()) and not _FENCE.fullmatch(said):
