@@ -34,7 +34,7 @@ _AROUND = " \t\r\n*_`\"'\u201c\u201d\u2018\u2019\u00ab\u00bb"
 _ENDS = f"{_AROUND}.,;:!"
 _BRACKETS = {"[": "]", "(": ")", "{": "}", "<": ">"}
 _BULLET = re.compile(r"(?:[>#*\u2022-]+|[-=]>|\u2192)[ \t]+|[0-9]{1,2}[.)][ \t]+(?=[A-Za-z*`\"])")
-_YOU = re.compile(r"\A\W*you (?=(?:should|must)\b)", re.IGNORECASE)  # "you go north" may tell a story
+_YOU = re.compile(r"\byou (?=(?:should|must|need to)\b)", re.IGNORECASE)  # "you go north" may tell a story
 _BEHIND = words(
     """the my now next then first please again here instead answer choice this is it turn time final best better too
     good right correct direction way action move"""
@@ -43,8 +43,11 @@ _BEHIND = words(
 _WORD = re.compile(r"[^\s,;:(]+")
 _NEXT = re.compile(r"[\s*_`]*([A-Za-z]+)")
 _OWN_CLAUSE = re.compile(r",\s+(?:\w+\s+)?(?=(?:i|we|let)\b)", re.IGNORECASE)
+_AND = re.compile(r"\A(?:i will|i'll|let's|let me|we will)\b(?:(?!\bif\b)[^,;:])*? and (?=\w+ )", re.IGNORECASE)
 _CONDITION = re.compile(r"\W*(?:if|when|unless|had|were|whether|until|before)\b", re.IGNORECASE)
-_CAUSE = re.compile(r"\W{0,3}(?:because|since|as|for|so|which|that|where|in order|to(?! [\[(0-9]))\b", re.IGNORECASE)
+_CAUSE = re.compile(
+    r"\W{0,3}(?:because|since|as|for|so|which|that|where|from|in order|to(?! [\[(0-9]))\b", re.IGNORECASE
+)
 _BUT_NOT = re.compile(r"\W{0,3}(?:(?:and |but )?not\b(?!\W*$)|instead of\b|rather than\b)", re.IGNORECASE)
 _DENIAL = re.compile(r"\b(?:not|never|no|cannot|avoid|except|than|instead|but|without)\b|n['\u2019]t\b", re.IGNORECASE)
 _BACK = re.compile(
@@ -74,7 +77,7 @@ _PART = re.compile(
 _BETWEEN = re.compile(r"(?:[\s,;&()\[\]{}]|\band\s+(?=\S))+")
 _WORDS = 12  # greatest number of words before an action, and in it
 _SCANNED = 60  # words of a refused text
-_PIECES = 8  # parts of a remark that may name an action
+_PARTS = 8  # parts of a remark that may name an action
 _NESTED = 40  # greatest depth of lists and objects within each other
 _DEPTH = 8  # greatest depth of texts within texts
 
@@ -167,9 +170,11 @@ def read_sentence(text: str, world: World[Any], depth: int = 0) -> Any:
     Raises:
         TwoActions: a remark behind the action names another one.
     """
-    text = _YOU.sub("", _bare(text))
+    text = _YOU.sub("I ", _bare(text))
     clauses = () if _CONDITION.match(text) else _OWN_CLAUSE.finditer(text)
     begins = [0, *(clause.end() for clause in clauses)]
+    if (own := _AND.match(text.replace("\u2019", "'"))) and not _DENIAL.search(own[0]):
+        begins.append(own.end())
     return next((found for begin in begins if (found := _chosen(text[begin:], world, depth)) is not None), None)
 
 
@@ -215,7 +220,8 @@ def _fits(remark: str, action: Any, world: World[Any]) -> bool:
     if listed != world.action_parts and sorted(listed) == sorted(world.action_parts):
         return False
     again = _chosen(bare, world)
-    the_one([action, again])
+    parts = re.split(r"[,;()]|\b(?:and|or|then)\b", remark)[:_PARTS]
+    the_one([action, again, *(_chosen(part, world) for part in parts)])
     computed = remark.lstrip()[0] in "-=" and not bare.startswith(("a ", "an ", "the "))  # as in `x - gradient`
     return again is not None or not computed
 

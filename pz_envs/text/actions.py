@@ -1,11 +1,15 @@
 """Reads a student's text as an action, by one rule. Nothing is ever executed.
 
-What stands between thinking tags, or behind `Thought:`, is a thought. The action is the first sentence on the line
-behind the last label `Response:`, `Answer:`, `Action:` or the like, on the next line if that one is empty. Without a
-label it is JSON with an action, or the first or last sentence, if no sentence is another action. A sentence is an
-action if it says only that this action is chosen, and why. A text that is taken word for word, such as a poem, is all
-that stands behind the label, up to a thought, or the whole answer. All else is no action, and so is an answer that is
-taken back.
+1. What stands between thinking tags, or behind `Thought:`, is a thought. What a model goes on to say for others is cut.
+2. The answer stands behind the last label `Response:`, `Answer:`, `Action:` or the like; without one it is the text.
+3. An answer that is an action is it, and so are the first paragraph behind a label, and JSON with an action.
+4. Else behind a label it is the first sentence on the line that is one; without a label the only sentence that is one.
+5. A sentence is an action if plain words alone stand before it, such as "I go", and if what stands behind it leaves it
+   as it is: plain words, a cause, "not ...", or a remark without another action.
+6. An answer that is taken back, as by "Wait, ...", is none, and neither is all else.
+
+A text that is taken word for word, such as a poem, is all that stands behind the label, up to a thought, or the whole
+answer.
 """
 
 import json
@@ -94,7 +98,7 @@ def parse_action(said: str | SplitReply, world: World[Any]) -> Any:
         said: a text or a `SplitReply`.
         world: the world in which the student acts.
     """
-    thought, answer, text, unended = split_thought(said)
+    thought, answer, text, unended = split_thought(said)  # step 1
     answer = cleaned(first_answer(answer, world)[0])
     if not answer.strip() and (thought or text.strip() or not _is_verbatim(world)):
         return failure(text, world, UNENDED if unended and thought else EMPTY)
@@ -181,13 +185,14 @@ def failure(text: str, world: World[Any], why: str = NOTHING) -> ParseFailure:
 
 def _read(answer: str, world: World[Any]) -> Any:
     """The action of an answer in a world that does not take texts word for word."""
-    label, said = find_place(answer, world.answer_names)
-    if (action := _whole(answer, world)) is not None or (label and (action := _whole(said.strip(), world)) is not None):
-        return action
+    label, said = find_place(answer, world.answer_names)  # step 2
+    for whole in (answer, said.strip() if label else ""):  # step 3
+        if (action := _whole(whole, world)) is not None:
+            return action
     action, rest = on_first_line(said, world) if label else _anywhere("\n" + without_thoughts(said), world)
     if action is None:
         return failure(_found(answer, world), world, _reason(label, said, world))
-    if taken_back(rest):
+    if taken_back(rest):  # step 6
         return failure(_found(answer, world), world, BACK)
     return action
 

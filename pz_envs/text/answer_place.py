@@ -33,10 +33,10 @@ NOUNS = ("action", "answer", "response", "move", "choice", "command", "decision"
 """Names of an answer: labels, and keys of JSON."""
 PLAIN = words(
     """a an the this that it is be my me us our your i i'll i'd i'm am we we'll we'd let let's will would should must
-    shall want plan think propose suggest recommend prefer choose pick select take try use using go going do make stick
-    follow following teacher's advice to and with again now then next first instead here here's so thus hence therefore
-    just definitely certainly simply please sure ok okay yes well best better final correct right optimal good chosen
-    option number decision answer response action move command choice - \u2013 :"""
+    shall have need want decided plan think propose suggest recommend prefer choose pick select take try use using go
+    going do make stick follow following teacher's advice to and with again now then next first instead here here's so
+    thus hence therefore just definitely certainly simply please sure ok okay yes well best better final correct right
+    optimal good chosen option number decision answer response action move command choice - \u2013 :"""
 )
 """Words before an action, or a label, that only say that it is chosen."""
 _THOUGHTS = "thoughts?|thinking|reasoning|reasons?|explanation|rationale|justification|note|why"
@@ -49,7 +49,9 @@ _TOKEN = re.compile(
     r"|<\uff5cend\u2581of\u2581sentence\uff5c>"
 )
 _UNSEEN = re.compile(r"[\u200b\u2060\ufeff]")
-_FONT = re.compile(r"</?(?:b|strong|i|em|u|code|p|pre|span|mark|kbd)>", re.IGNORECASE)
+_FONT = re.compile(
+    r"</?(?:b|strong|i|em|u|code|p|pre|span|mark|kbd)>|[\u2600-\u27bf\ufe0f\U0001f300-\U0001faff]", re.IGNORECASE
+)
 _BOX = re.compile(r"\\(?:boxed|fbox)\s*\{((?:[^{}]|\{[^{}]*+\})*+)\}")
 _TEX = re.compile(r"\\(?:text|math)\w*\s*\{([^{}]*+)\}|\\[()\[\]]")
 _FENCE = re.compile(r"^[ \t]*(?:`{3,}|~{3,})[^\n`]*$", re.MULTILINE)
@@ -78,7 +80,7 @@ def cleaned(text: str) -> str:
 
 
 def unmarked(text: str) -> str:
-    """The text without HTML's tags for fonts, and with the contents of TeX's boxes and fonts in their place."""
+    """The text without HTML's tags for fonts and emoji, and with the contents of TeX's boxes and fonts in place."""
     return _BOX.sub(r" \1 ", _TEX.sub(lambda font: font[1] or "", _FONT.sub("", text)))
 
 
@@ -87,7 +89,7 @@ def _labels(names: tuple[str, ...], verbatim: bool) -> re.Pattern[str]:
     own = "|".join(map(re.escape, names)) or "(?!)"
     nouns, plain = "|".join(NOUNS), "|".join(map(re.escape, sorted(PLAIN, reverse=True)))
     before = rf"(?:(?:{plain})[,.!]?[ \t]+){{0,6}}"
-    colon = r"(?:[ \t]+(?:is|(?:should|will|would)[ \t]be))?[*_`]*[ \t]*[:=\uff1a][*_`]*"
+    colon = r"(?:[ \t]+is)?[*_`]*[ \t]*[:=\uff1a][*_`]*"
     at_line = rf"^{_MARKS}{before}"
     if verbatim:  # the name of a poem is alone on its line
         forms = [rf"{at_line}(?:{nouns}){colon}", rf"{at_line}(?:{own}){colon}[ \t]*$"]
