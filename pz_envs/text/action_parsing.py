@@ -36,7 +36,7 @@ _BRACKETS = {"[": "]", "(": ")", "{": "}", "<": ">"}
 _BULLET = re.compile(r"(?:[>#*\u2022-]+|[-=]>|\u2192)[ \t]+|[0-9]{1,2}[.)][ \t]+(?=[A-Za-z*`\"])")
 _YOU = re.compile(r"\byou (?=(?:should|must|need to)\b)", re.IGNORECASE)  # "you go north" may tell a story
 _BEHIND = words(
-    """the my now next then first please again here instead answer choice this is it turn time final best better too
+    """the my now next then first please again here from instead answer choice this is it turn time final best better too
     good right correct direction way action move"""
 )
 """Words behind an action that leave it as it is."""
@@ -46,7 +46,7 @@ _OWN_CLAUSE = re.compile(r",\s+(?:\w+\s+)?(?=(?:i|we|let)\b)", re.IGNORECASE)
 _AND = re.compile(r"\A(?:i will|i'll|let's|let me|we will)\b(?:(?!\bif\b)[^,;:])*? and (?=\w+ )", re.IGNORECASE)
 _CONDITION = re.compile(r"\W*(?:if|when|unless|had|were|whether|until|before)\b", re.IGNORECASE)
 _CAUSE = re.compile(
-    r"\W{0,3}(?:because|since|as|for|so|which|that|where|from|in order|to(?! [\[(0-9]))\b", re.IGNORECASE
+    r"\W{0,3}(?:because|since|as|for|so|which|that|where|in order|to(?! [\[(0-9]|.*\bwas\b))\b", re.IGNORECASE
 )
 _BUT_NOT = re.compile(r"\W{0,3}(?:(?:and |but )?not\b(?!\W*$)|instead of\b|rather than\b)", re.IGNORECASE)
 _DENIAL = re.compile(r"\b(?:not|never|no|cannot|avoid|except|than|instead|but|without)\b|n['\u2019]t\b", re.IGNORECASE)
@@ -74,7 +74,7 @@ _NUMBER = r"[-+]?(?:[0-9]{1,40}(?:\.[0-9]{0,40})?|\.[0-9]{1,40})(?:[eE][-+]?[0-9
 _PART = re.compile(
     rf"(?<![\w.+-])(?:[\"']?([A-Za-z]\w{{0,20}})[\"']?[ \t]*[:=][ \t]*)?[\"']?({_NUMBER})[\"']?(?![\w.%])"
 )
-_BETWEEN = re.compile(r"(?:[\s,;&()\[\]{}]|\band\s+(?=\S))+")
+_BETWEEN = re.compile(r"(?:[\s,;&]|\band\s+(?=\S))+")
 _WORDS = 12  # greatest number of words before an action, and in it
 _SCANNED = 60  # words of a refused text
 _PARTS = 8  # parts of a remark that may name an action
@@ -185,7 +185,7 @@ def _chosen(text: str, world: World[Any], depth: int = _DEPTH) -> Any:
         for last in reversed(found[at : at + _WORDS]):
             if (action := exact_action(text[word.start() : last.end()], world, depth)) is not None:
                 return action if _fits(text[last.end() :], action, world) else None
-        said = word[0].strip(f"{_AROUND}.").replace("\u2019", "'").lower()
+        said = text[word.start() : word.end()].strip(f"{_AROUND}.").replace("\u2019", "'").lower()
         if said and said not in _own(PLAIN, world):
             return None
     return None
@@ -208,7 +208,7 @@ def _fits(remark: str, action: Any, world: World[Any]) -> bool:
         remark = remark[word.end() :]
     if cause := _CAUSE.match(remark):  # to worlds with words, as in `north to south`, it may be a way
         return not world.action_words or _chosen(remark[cause.end() :], world) in (None, action)
-    bare = remark.strip(f"{_ENDS}()[]=\u2013\u2014-")
+    bare = remark.strip(f"{_ENDS}=\u2013\u2014-" if "[" in remark else f"{_ENDS}()=\u2013\u2014-")
     if not bare or (remark[0] in ",(" and _BUT_NOT.match(remark)):
         return True
     said = re.findall(r"[a-z0-9_]+|%", remark.lower())
@@ -220,7 +220,7 @@ def _fits(remark: str, action: Any, world: World[Any]) -> bool:
     if listed != world.action_parts and sorted(listed) == sorted(world.action_parts):
         return False
     again = _chosen(bare, world)
-    parts = re.split(r"[,;()]|\b(?:and|or|then)\b", remark)[:_PARTS]
+    parts = [*re.findall(r"\[[^\[\]]*\]", remark), *re.split(r"[,;()]|\b(?:and|or|then)\b", remark)][:_PARTS]
     the_one([action, again, *(_chosen(part, world) for part in parts)])
     computed = remark.lstrip()[0] in "-=" and not bare.startswith(("a ", "an ", "the "))  # as in `x - gradient`
     return again is not None or not computed
@@ -283,7 +283,9 @@ def _numbers(form: str, world: World[Any]) -> Any:
     if not isinstance(space, spaces.Box) or len(space.shape) > 1 or len(form) > LONGEST:
         return None
     form = _heading(names).sub("", form.replace("\u2212", "-"), count=1)
-    if _BETWEEN.sub("", _PART.sub("0", form)).strip("0") or sum(map(form.count, "([{")) != sum(map(form.count, ")]}")):
+    if sum(map(form.count, "([{")) != sum(map(form.count, ")]}")):
+        return None
+    if _BETWEEN.sub("", _PART.sub("0", form.strip("()[]{} \t\r\n"))).strip("0"):
         return None
     parts = [(name.lower(), _number(digits)) for name, digits in _PART.findall(form)]
     if any(name for name, _ in parts):

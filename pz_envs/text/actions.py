@@ -3,7 +3,8 @@
 1. What stands between thinking tags, or behind `Thought:`, is a thought. What a model goes on to say for others is cut.
 2. The answer stands behind the last label `Response:`, `Answer:`, `Action:` or the like; without one it is the text.
 3. An answer that is an action is it, and so are the first paragraph behind a label, and JSON with an action.
-4. Else behind a label it is the first sentence on the line that is one; without a label the only sentence that is one.
+4. Else it is a sentence: behind a label the first one on the line that is an action; without a label the first or the
+   last one or the text in a fence, if no sentence is another action.
 5. A sentence is an action if plain words alone stand before it, such as "I go", and if what stands behind it leaves it
    as it is: plain words, a cause, "not ...", or a remark without another action.
 6. An answer that is taken back, as by "Wait, ...", is none, and neither is all else.
@@ -207,12 +208,15 @@ def _whole(text: str, world: World[Any]) -> Any:
 
 
 def _anywhere(text: str, world: World[Any]) -> tuple[Any, str]:
-    """The action of a text without a label, in JSON or a sentence, and what follows it."""
+    """The action of a text without a label, in JSON, a sentence or a fence, and what follows it."""
     if (found := in_json(text, world))[0] is not None or _OPENED.match(text):
         return found
     read = [(read_sentence(sentence, world), until) for sentence, until in sentences(text)]
-    action = the_one(action for action, _ in read)
-    return action, text[max((until for each, until in read if each is not None), default=0) :]
+    at = [number for number, (each, _) in enumerate(read) if each is not None]
+    action = the_one(each for each, _ in read)
+    if at and (at[0] == 0 or at[-1] == len(read) - 1):
+        return action, text[read[at[-1]][1] :]
+    return the_one(exact_action(each, world) for each in fenced(text)), ""  # other sentences may tell a story
 
 
 def _found(answer: str, world: World[Any]) -> str:
