@@ -34,10 +34,12 @@ _AROUND = " \t\r\n*_`\"'\u201c\u201d\u2018\u2019\u00ab\u00bb"
 _ENDS = f"{_AROUND}.,;:!"
 _BRACKETS = {"[": "]", "(": ")", "{": "}", "<": ">"}
 _BULLET = re.compile(r"(?:[>#*\u2022-]+|[-=]>|\u2192)[ \t]+|[0-9]{1,2}[.)][ \t]+(?=[A-Za-z*`\"])")
-_YOU = re.compile(r"\byou (?=(?:should|must|need to)\b)", re.IGNORECASE)  # "you go north" may tell a story
+_DUTY = re.compile(  # "you go north" may tell a story, and "I have 3" count
+    r"\b(?:you (?=(?:should|must|need to)\b)|(?:have |need |decided )+(?=to\b))", re.IGNORECASE
+)
 _BEHIND = words(
-    """the my now next then first please again here from instead answer choice this is it turn time final best better too
-    good right correct direction way action move"""
+    """the my now next then first please again here from instead answer choice this is it turn time final best better
+    too good right correct direction way action move"""
 )
 """Words behind an action that leave it as it is."""
 _WORD = re.compile(r"[^\s,;:(]+")
@@ -128,16 +130,16 @@ def in_json(text: str, world: World[Any], depth: int = 0) -> tuple[Any, str]:
         TwoActions: they have different ones.
     """
     kinds = dict | list if isinstance(world.action_space, spaces.Text) else dict
-    found, rest, at = [], "", 0
+    found, rest, line, at = [], "", "", 0
     for begin, end in brackets(text):
         value = lenient_value(text[begin:end]) if text[begin] in "[{" else None
         if isinstance(value, kinds) and not _denies(text[at:begin]):
             found.append(from_json(value, world, depth))
             rest = text[end:]
+            line = rest.partition("\n")[0] if isinstance(value, list) else ""
         at = end
     action = the_one(found)
-    line = rest.partition("\n")[0]
-    return (action if action is None or text.startswith("{") or _fits(line, action, world) else None), rest
+    return (action if action is None or _fits(line, action, world) else None), rest
 
 
 def _denies(text: str) -> bool:
@@ -170,7 +172,7 @@ def read_sentence(text: str, world: World[Any], depth: int = 0) -> Any:
     Raises:
         TwoActions: a remark behind the action names another one.
     """
-    text = _YOU.sub("I ", _bare(text))
+    text = _DUTY.sub("I ", _bare(text))
     clauses = () if _CONDITION.match(text) else _OWN_CLAUSE.finditer(text)
     begins = [0, *(clause.end() for clause in clauses)]
     if (own := _AND.match(text.replace("\u2019", "'"))) and not _DENIAL.search(own[0]):

@@ -33,7 +33,7 @@ NOUNS = ("action", "answer", "response", "move", "choice", "command", "decision"
 """Names of an answer: labels, and keys of JSON."""
 PLAIN = words(
     """a an the this that it is be my me us our your i i'll i'd i'm am we we'll we'd let let's will would should must
-    shall have need want decided plan think propose suggest recommend prefer choose pick select take try use using go
+    shall want plan think propose suggest recommend prefer choose pick select take try use using go
     going do make stick follow following teacher's advice to and with again now then next first instead here here's so
     thus hence therefore just definitely certainly simply please sure ok okay yes well best better final correct right
     optimal good chosen option number decision answer response action move command choice - \u2013 :"""
