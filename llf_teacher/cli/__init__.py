@@ -8,9 +8,10 @@ import os
 import pkgutil
 import sys
 import textwrap
+from collections.abc import Callable
 from importlib import import_module
 from types import ModuleType
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 import typer
 from rich.console import Console
@@ -19,6 +20,15 @@ from typer.core import TyperGroup
 from llf_teacher import __version__
 from llf_teacher.escaping import escape_control_chars
 from teachers.spec import unknown
+
+
+def _show_all(ctx: typer.Context, wanted: bool) -> None:
+    if wanted:
+        for param in ctx.command.params:
+            param.hidden = False  # type: ignore[attr-defined]  # arguments have it, too
+        typer.echo(ctx.get_help())
+        raise typer.Exit
+
 
 # Options that several commands share.
 InstructionType = Annotated[
@@ -32,6 +42,10 @@ MaxTurns = Annotated[int | None, typer.Option(help="Most turns of the episode; b
 WorldOptions = Annotated[
     list[str] | None, typer.Option(help="Option of the environment's world, as NAME=VALUE; repeat it for several.")
 ]
+Advanced = Annotated[
+    bool, typer.Option("--advanced", callback=_show_all, is_eager=True, help="Show all options, and exit.")
+]
+_F = TypeVar("_F", bound=Callable[..., Any])
 _NO_HELP = "No help: `python -OO` removes docstrings, and there is no source; run `llf` without -OO."
 errors = Console(emoji=False, stderr=True, highlight=False, soft_wrap=True, markup=False)
 
@@ -53,6 +67,8 @@ class Commands(TyperGroup):
         if command is not None:
             _without_type_of_flags(command.get_params(ctx))
             command.help = command.help or _help_in_source(command.callback)
+            if not ctx.resilient_parsing:  # shells complete all options
+                _fold_options(command)
         return command
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
@@ -77,6 +93,25 @@ def _help_in_source(function: Any) -> str:
         return ast.get_docstring(tree) or _NO_HELP  # type: ignore[arg-type]  # it is a function
     except (OSError, TypeError, SyntaxError):  # no source is there
         return _NO_HELP
+
+
+def help_shows(*options: str) -> Callable[[_F], _F]:
+    """A decorator for a command with many options: its help shows these, and `_advanced: Advanced` lets it show all."""
+
+    def mark(function: _F) -> _F:
+        vars(function)["help_shows"] = options
+        return function
+
+    return mark
+
+
+def _fold_options(command: Any) -> None:
+    """Hide the options of a command that its help does not show."""
+    shown = getattr(command.callback, "help_shows", None)
+    if shown is not None:
+        for param in command.params:
+            if param.param_type_name == "option":
+                param.hidden = param.name not in (*shown, "_advanced", "help")
 
 
 def _without_type_of_flags(params: list[Any]) -> list[Any]:

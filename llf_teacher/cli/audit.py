@@ -19,7 +19,7 @@ from rich.progress import track
 from rich.table import Table
 
 from llf_teacher import cli
-from llf_teacher.cli import print_missing, read_options, search_here
+from llf_teacher.cli import help_shows, print_missing, read_options, search_here
 
 if TYPE_CHECKING:
     from llf_teacher.tools.audit import Audit
@@ -32,6 +32,7 @@ def add_to(app: typer.Typer) -> None:
     app.command("audit")(audit)
 
 
+@help_shows("teacher", "turns", "workers", "by_family", "as_json")
 def audit(
     ids: Annotated[
         list[str] | None,
@@ -72,6 +73,7 @@ def audit(
         list[str] | None,
         typer.Option(help="Option of the environments' worlds, as NAME=VALUE; repeat it for several."),
     ] = None,
+    _advanced: cli.Advanced = False,
 ) -> None:
     """Check every claim of teachers, with many kinds of students, in worlds with many options.
 

@@ -6,7 +6,15 @@ from typing import Annotated
 import typer
 
 from llf_teacher import cli
-from llf_teacher.cli import complete_id, complete_student, complete_teacher, draw_off_screen, read_options, search_here
+from llf_teacher.cli import (
+    complete_id,
+    complete_student,
+    complete_teacher,
+    draw_off_screen,
+    help_shows,
+    read_options,
+    search_here,
+)
 
 
 def add_to(app: typer.Typer) -> None:
@@ -14,6 +22,7 @@ def add_to(app: typer.Typer) -> None:
     app.command("film")(film)
 
 
+@help_shows("teacher", "student", "seed", "max_turns", "theme")
 def film(
     id: Annotated[str, typer.Argument(help="Environment, as `llf list` shows it.", autocompletion=complete_id)],
     path: Annotated[Path, typer.Argument(help="File to write: .gif, .webp, or, with the extra `film`, .mp4.")],
@@ -38,6 +47,7 @@ def film(
             "--plain", help="Show only what the student may know, without the truth and the labels of sentences."
         ),
     ] = False,
+    _advanced: cli.Advanced = False,
 ) -> None:
     """Write an episode as an animation with one frame for each turn: the world, the action and the feedback.
 

@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.text import Text
 
 from llf_teacher import cli
-from llf_teacher.cli import complete_id, complete_student, complete_teacher, read_options, search_here
+from llf_teacher.cli import complete_id, complete_student, complete_teacher, help_shows, read_options, search_here
 from llf_teacher.escaping import escape_control_chars
 from llf_teacher.models.replies import LENGTH
 from llf_teacher.speakers.speaker import FAULTS
@@ -62,6 +62,7 @@ def add_to(app: typer.Typer) -> None:
     app.command("play")(play)
 
 
+@help_shows("seat", "teacher", "student", "seed", "max_turns")
 def play(
     id: Annotated[str, typer.Argument(help="Environment, as `llf list` shows it.", autocompletion=complete_id)],
     seat: Annotated[
@@ -98,6 +99,7 @@ def play(
         bool,
         typer.Option("--own-words", help="In the teacher's seat, say sentences of your own; each is read and checked."),
     ] = False,
+    _advanced: cli.Advanced = False,
 ) -> None:
     """Play the student: read the feedback and type actions. Or play the teacher: choose the feedback, or word it.
 

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from llf_teacher.cli import Commands, errors, print_missing, search_here
+from llf_teacher.cli import Advanced, Commands, errors, help_shows, print_missing, search_here
 from llf_teacher.escaping import escape_control_chars
 from llf_teacher.models.settings import BUDGET
 from llf_teacher.studies import commands
@@ -98,6 +98,7 @@ def quickstart(
         _run(study.quickstart(), None, store, report, workers, {}, RunOptions(), shared)
 
 
+@help_shows("store", "report", "workers", "llm_budget", "retry_failed")
 def run(
     file: Annotated[Path, typer.Argument(help="TOML file of the study.")],
     store: Store_ = None,
@@ -154,6 +155,7 @@ def run(
         bool, typer.Option("--keep-old", help="Keep these episodes, and mark the report; without either the run stops.")
     ] = False,
     shared: Shared_ = False,
+    _advanced: Advanced = False,
 ) -> None:
     """Play the episodes of FILE that the store lacks, and write the report.
 

@@ -11,7 +11,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from llf_teacher.cli import Commands, complete_student, errors, search_here
+from llf_teacher.cli import Advanced, Commands, complete_student, errors, help_shows, search_here
 from llf_teacher.escaping import escape_control_chars
 from llf_teacher.models.settings import BUDGET
 
@@ -31,6 +31,7 @@ def add_to(app: typer.Typer) -> None:
     app.add_typer(group, name="suite")
 
 
+@help_shows("student", "card", "quick", "store", "workers")
 def suite(
     context: typer.Context,
     student: Annotated[
@@ -65,6 +66,7 @@ def suite(
     keep_old: Annotated[
         bool, typer.Option("--keep-old", help="Keep these episodes, and mark the card; without either the run stops.")
     ] = False,
+    _advanced: Advanced = False,
 ) -> None:
     """Take the suite: score what a student does with feedback, one ability an experiment.
 

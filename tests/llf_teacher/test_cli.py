@@ -416,6 +416,23 @@ def test_every_command_has_help(path):
         assert re.search(r"[A-Z0-9][^│]{3,}│$", row), row
 
 
+def options_in(text):
+    return set(re.findall(r"^│ +(?:\* +)?(--[a-z-]+)", text, re.MULTILINE)) - {"--help", "--advanced"}
+
+
+@pytest.mark.parametrize("path", [each for each in COMMANDS if each and each[0] != "dev"], ids=" ".join)
+def test_help_shows_few_options_and_the_rest_with_advanced(path):
+    command = typer.main.get_command(app)
+    for name in path:
+        command = command.commands[name]
+    own = {param.opts[0] for param in command.params if param.param_type_name == "option"} - {"--advanced"}
+    few = options_in(llf(*path, "--help", COLUMNS="120").stdout.split("is short for")[0])
+    assert few <= own
+    assert len(few) <= 5
+    if few != own:
+        assert options_in(llf(*path, "--advanced", COLUMNS="120").stdout) == own
+
+
 @pytest.mark.parametrize(
     ("typed", "said"),
     [

@@ -107,6 +107,14 @@ def test_power_is_that_of_simulated_studies():
     assert power(30, 0.4, 1.0) == pytest.approx(found, abs=0.012)
 
 
+@pytest.mark.parametrize("seeds", [3, 20, 100])
+def test_power_grows_with_the_effect_however_large(seeds):
+    found = [power(seeds, effect, 1.0, 0.05 / 9) for effect in np.linspace(0, 20, 101)]
+    assert found == sorted(found)
+    assert found[0] == pytest.approx(0.05 / 9)
+    assert 0.99 < found[-1] <= 1
+
+
 def test_so_many_seeds_find_the_effect_by_the_test_that_is_used():
     seeds = seeds_needed(0.5, 1.0)
     assert power(seeds - 1, 0.5, 1.0) < 0.8 <= power(seeds, 0.5, 1.0)

@@ -541,7 +541,7 @@ def test_what_is_said_late_does_not_speak_of_now_if_it_can_be_said_without(name,
             own = {template.format(**values) for template in without}
             assert {sentence.partition(": ")[2] for sentence in late} <= own
             said += 1
-    assert said > 5
+    assert said > 2
 
 
 def test_a_hedged_order_is_said_as_it_is_if_there_is_no_statement():

@@ -57,7 +57,8 @@ def power(seeds: int, effect: float, spread: float, alpha: float = ALPHA) -> flo
         alpha: level of the test.
     """
     shift, bound = abs(effect) / spread * math.sqrt(seeds), stats.t.isf(alpha / 2, seeds - 1)
-    return float(stats.nct.sf(bound, seeds - 1, shift) + stats.nct.cdf(-bound, seeds - 1, shift))
+    found, lost = stats.nct.sf(bound, seeds - 1, shift), stats.nct.cdf(-bound, seeds - 1, shift)
+    return 1.0 if math.isnan(found) else float(found + np.nan_to_num(lost))  # far out SciPy gives NaN for 1 and 0
 
 
 def least_effect(seeds: int, spread: float, alpha: float = ALPHA, wanted: float = POWER) -> float:
@@ -74,8 +75,7 @@ def least_effect(seeds: int, spread: float, alpha: float = ALPHA, wanted: float 
     reached = ways / 2.0 ** (seeds - 1)
 
     def lacks(effect: float) -> float:
-        found = power(seeds, effect, 1.0, reached)
-        return wanted - 1 if math.isnan(found) else wanted - found  # far out SciPy gives NaN
+        return wanted - power(seeds, effect, 1.0, reached)
 
     most = 1.0
     while lacks(most) > 0:

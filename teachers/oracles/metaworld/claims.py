@@ -124,7 +124,7 @@ def apart(hand: Place, place: Place) -> float:
 def succeeds(lab: MetaWorld, truth: Truth, action: Pose) -> bool:
     """Whether an action solves the task."""
     lab.restore(truth)
-    return bool(lab.advance(action)[4]["success"])
+    return bool(lab.advance(lab.legal(action))[4]["success"])
 
 
 def goes(lab: MetaWorld, truth: Truth, action: Pose, before: float, after: float) -> bool:
@@ -136,7 +136,7 @@ def goes(lab: MetaWorld, truth: Truth, action: Pose, before: float, after: float
         return False
     place, _ = commanded(truth, lab)
     lab.restore(truth)
-    lab.advance(action)
+    lab.advance(lab.legal(action))
     ends = apart(hand_of(truth), place), apart(hand_of(lab.truth), place)
     return abs(before - ends[0]) < 0.15 and abs(after - ends[1]) < 0.15
 
@@ -261,7 +261,7 @@ class Solution(PlanClaim[Truth, MetaWorld]):
     def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
         """Play them."""
         lab.restore(moment.after)
-        success = [lab.advance(action)[4]["success"] for action in self.actions]
+        success = [lab.advance(lab.legal(action))[4]["success"] for action in self.actions]
         return success.count(True) == 1 and bool(success[-1])
 
 
