@@ -210,7 +210,7 @@ def _fits(remark: str, action: Any, world: World[Any]) -> bool:
         remark = remark[word.end() :]
     if cause := _CAUSE.match(remark):  # to worlds with words, as in `north to south`, it may be a way
         return not world.action_words or _chosen(remark[cause.end() :], world) in (None, action)
-    bare = remark.strip(f"{_ENDS}=\u2013\u2014-" if "[" in remark else f"{_ENDS}()=\u2013\u2014-")
+    bare = remark.strip(f"{_ENDS}()=\u2013\u2014-")
     if not bare or (remark[0] in ",(" and _BUT_NOT.match(remark)):
         return True
     said = re.findall(r"[a-z0-9_]+|%", remark.lower())
@@ -222,7 +222,7 @@ def _fits(remark: str, action: Any, world: World[Any]) -> bool:
     if listed != world.action_parts and sorted(listed) == sorted(world.action_parts):
         return False
     again = _chosen(bare, world)
-    parts = [*re.findall(r"\[[^\[\]]*\]", remark), *re.split(r"[,;()]|\b(?:and|or|then)\b", remark)][:_PARTS]
+    parts = re.split(r"[,;()]|\b(?:and|or|then)\b", remark)[:_PARTS]
     the_one([action, again, *(_chosen(part, world) for part in parts)])
     computed = remark.lstrip()[0] in "-=" and not bare.startswith(("a ", "an ", "the "))  # as in `x - gradient`
     return again is not None or not computed
