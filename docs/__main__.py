@@ -16,43 +16,59 @@ GROUPS = {
     "Start": {
         "docs/quickstart/README": ("docs/quickstart/study", "docs/quickstart/learning", "docs/quickstart/agent"),
         "docs/concepts": (),
-        "docs/families/README": ("docs/families/*",),
-        "docs/personality-gallery": (),
-        "docs/questions": (),
-        "docs/words": (),
+        "docs/environments": ("docs/families/README", "docs/families/*"),
+        "docs/teachers": ("docs/personality-gallery", "docs/personalities"),
+        "docs/students": (),
+        "docs/language-models": ("docs/model-options",),
+        "docs/claims": (),
     },
     "Guides": {
-        "docs/study-feedback": ("docs/reading-a-study", "docs/studies-at-scale"),
-        "docs/personalities": (),
-        "docs/teaching-as-a-game": (
-            "docs/a-teacher-that-reads-the-moment",
-            "docs/write-your-own-loop",
-            "docs/learners",
-        ),
-        "docs/bring-your-agent": ("docs/suite", "docs/train-a-model", "docs/integrations"),
+        "docs/studies": ("docs/reading-a-study", "docs/studies-at-scale"),
+        "docs/train-teachers": ("docs/seats", "docs/arrays", "docs/loops"),
+        "docs/train-a-model": ("docs/integrations",),
+        "docs/suite": (),
         "docs/teach-your-own-environment": (),
         "docs/coming-from-llf-bench": (),
         "docs/in-the-browser": (),
     },
     "Results": {
         "docs/results": (),
-        "docs/what-personalities-do": (),
         "docs/known-results": (),
-        "docs/teaching-on-a-budget": (),
-        "docs/learn-to-teach": (),
-        "docs/speed": (),
     },
     "Reference": {
-        "docs/environments": ("docs/metaworld", "docs/catalogue", "docs/pictures"),
-        "docs/how-claims-are-checked": (),
-        "docs/statistics": ("docs/internals",),
-        "docs/promises": (),
-        "docs/for-reviewers": (),
+        "docs/questions": (),
+        "docs/words": (),
         "docs/reference/README": ("docs/reference/*",),
-        "CONTRIBUTING": ("CHANGELOG", "SECURITY", "docs/releasing", "changes/README"),
+        "CHANGELOG": ("SECURITY",),
+    },
+    "Internals, for those who change the code": {
+        "CONTRIBUTING": ("changes/README",),
+        "docs/internals/README": ("docs/internals/*",),
     },
 }
 """The site: groups of at most seven entries, each with the pages below it; a star stands for all others of a folder."""
+REDIRECTS = {
+    "docs/a-teacher-that-reads-the-moment": "docs/loops#a-teacher-that-reads-the-moment",
+    "docs/bring-your-agent": "docs/students#your-own-agent",
+    "docs/catalogue": "docs/internals/catalogue",
+    "docs/for-reviewers": "docs/internals/for-reviewers",
+    "docs/how-claims-are-checked": "docs/claims",
+    "docs/internals": "docs/internals/README",
+    "docs/learn-to-teach": "docs/internals/learn-to-teach",
+    "docs/learners": "docs/arrays",
+    "docs/metaworld": "docs/internals/metaworld",
+    "docs/pictures": "docs/environments#pictures",
+    "docs/promises": "docs/internals/promises",
+    "docs/releasing": "docs/internals/releasing",
+    "docs/speed": "docs/internals/speed",
+    "docs/statistics": "docs/reading-a-study#statistics-in-one-page",
+    "docs/study-feedback": "docs/studies",
+    "docs/teaching-as-a-game": "docs/train-teachers",
+    "docs/teaching-on-a-budget": "docs/results#when-to-give-advice",
+    "docs/what-personalities-do": "docs/results#what-personalities-do",
+    "docs/write-your-own-loop": "docs/loops",
+}
+"""Pages of before, each with the page that has its content now, and perhaps a heading there."""
 API = {
     "llf_teacher": ("llf_teacher", "llf_teacher.studies", "llf_teacher.students.student", "llf_teacher.testing"),
     "pz_envs": (
@@ -80,9 +96,12 @@ def gather(into: Path) -> None:
     for path in (*ROOT.glob("*.md"), ROOT / "CITATION.cff"):
         shutil.copy(path, into)
     (into / "README.md").rename(into / "index.md")
-    for path in (*into.glob("*.md"), *(into / "docs").glob("*.md")):
-        text = path.read_text(encoding="utf-8")
-        path.write_text(re.sub(r"(\]\((?:\.\./)?)README\.md", r"\1index.md", text), encoding="utf-8")
+    for path in (*into.glob("*.md"), *(into / "docs").rglob("*.md")):
+        text, up = path.read_text(encoding="utf-8"), "../" * (len(path.relative_to(into).parts) - 1)
+        path.write_text(text.replace(f"]({up}README.md", f"]({up}index.md"), encoding="utf-8")
+    changelog = into / "CHANGELOG.md"
+    links = re.sub(r"(?<=\]\()docs/[^)#]+", lambda link: today(link[0]), changelog.read_text(encoding="utf-8"))
+    changelog.write_text(links, encoding="utf-8")
     add_words(into)
     families, reference = into / "docs" / "families", into / "docs" / "reference"
     families.mkdir()
@@ -100,6 +119,12 @@ def gather(into: Path) -> None:
         for entry, below in entries.items():
             if names := [name for pattern in below for name in _named(pattern, into)]:
                 _add_tree(into / f"{entry}.md", into, names)
+
+
+def today(file: str) -> str:
+    """The file that has the content of a page of before, such as `docs/speed.md`; of every other page its own."""
+    new = REDIRECTS.get(file.removesuffix(".md"))
+    return f"{new.partition('#')[0]}.md" if new else file
 
 
 def add_words(folder: Path) -> None:
@@ -135,9 +160,12 @@ def _add_tree(page: Path, folder: Path, names: list[str], caption: str = "") -> 
 
 
 def _entry(folder: Path, name: str) -> str:
-    """A line of a list of pages; a title of more than a line of the navigation is replaced by the file's name."""
+    """A line of a list of pages: of `Seats: how ...?` the subject alone; a long title gives way to the file's name."""
     path = folder / f"{name}.md"
-    title = path.read_text(encoding="utf-8").partition("\n")[0] if path.exists() else ""
+    title = path.read_text(encoding="utf-8").partition("\n")[0].removeprefix("# ") if path.exists() else ""
+    subject, colon, _ = title.partition(": ")
+    if colon and title.endswith("?"):
+        return f"{subject} </{name}>"
     return f"{path.stem.replace('_', ' ')} </{name}>" if len(title) > LONGEST else f"/{name}"
 
 
@@ -189,17 +217,40 @@ def write_gallery(folder: Path) -> None:
 def figures(family: str) -> str:
     """What the documents have measured: the rows of their tables of families, with their heads."""
     found = []
-    for path in sorted((ROOT / "docs").glob("*.md")):
+    for path in sorted((ROOT / "docs").rglob("*.md")):
         for name, head, rows in TABLE.findall(path.read_text(encoding="utf-8")):
             own = [row for row in rows.splitlines() if row.startswith(f"| {family} |")]
             if name == "family" and own and len(re.findall(r"\| -?[\d.,]+ ", own[0])) > 1:
                 lines = [f"| family |{head}", "|---" * (1 + head.count("|")) + "|", *own]
-                found.append(f"From [{path.stem}](../{path.name}):\n\n" + "\n".join(lines) + "\n\n")
+                page = path.relative_to(ROOT / "docs").as_posix()
+                found.append(f"From [{path.stem}](../{page}):\n\n" + "\n".join(lines) + "\n\n")
     return "\n## Published figures\n\n" + "".join(found) if found else ""
 
 
 TABLE = re.compile(r"^\| (\w+) \|(.*)\n\|[-| ]+\n((?:\|.*\n)+)", re.MULTILINE)
 """A table of a document: its first head, its others, its rows."""
+
+
+def redirect(site: Path) -> None:
+    """Write a page at each address of before, which leads to the new one.
+
+    Raises:
+        ValueError: the new page is missing, or the address of before is in use.
+    """
+    for old, new in REDIRECTS.items():
+        page, _, anchor = new.partition("#")
+        path, target = site / f"{old}.html", site / f"{page}.html"
+        if not target.exists() or path.exists():
+            raise ValueError(f"the redirect from {old} must lead from an address that is free to a page, got: {new}")
+        address = os.path.relpath(target, path.parent) + (f"#{anchor}" if anchor else "")
+        path.write_text(REDIRECT.format(address=address), encoding="utf-8")
+
+
+REDIRECT = """<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><meta name="robots" content="noindex"><title>This page has moved</title>
+<link rel="canonical" href="{address}"><meta http-equiv="refresh" content="0; url={address}"></head>
+<body><p>This page has moved: <a href="{address}">go to the new one</a>.</p></body></html>
+"""
 
 
 def main() -> int:
@@ -209,7 +260,10 @@ def main() -> int:
     site = sys.argv[1] if len(sys.argv) > 1 else "site"
     with tempfile.TemporaryDirectory() as folder:
         gather(Path(folder))
-        return int(build(["-b", "html", "-W", "--keep-going", "-q", "-c", str(ROOT / "docs"), folder, site]))
+        status = int(build(["-b", "html", "-W", "--keep-going", "-q", "-c", str(ROOT / "docs"), folder, site]))
+    if not status:
+        redirect(Path(site))
+    return status
 
 
 if __name__ == "__main__":

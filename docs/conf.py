@@ -84,7 +84,8 @@ def _style(app: Any, page: str, template: str, context: dict[str, Any], doctree:
     context["metatags"] = f"{context.get('metatags', '')}<style>{_HEADINGS}{sentence_style()}</style>"
 
 
-_HEADINGS = "h1 { font-size: var(--title) } h2 { font-size: var(--head) } h3 { font-size: var(--large) }"
+_HEADINGS = """h1 { font-size: var(--title) } h2 { font-size: var(--head) } h3 { font-size: var(--large) }
+@media (max-width: 40rem) { h1 { font-size: 1.7rem } h2 { font-size: 1.35rem } }"""
 
 
 def setup(app: Any) -> None:

@@ -1,4 +1,4 @@
-"""Which parts of a taught turn take how much of its time, in four families: the table of docs/speed.md.
+"""Which parts of a taught turn take how much of its time, in four families: the table of docs/internals/speed.md.
 
 A profile makes calls dearer than they are, so that it shows shares and no times:
 

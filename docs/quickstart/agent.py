@@ -109,6 +109,6 @@ print("teacher:", observation["feedback"])
 # ## With a language model
 #
 # Put the call of your model into `agent`, or name an OpenAI-compatible endpoint as the student
-# `llm(model='...', base_url='...')`, with a cache, a spending limit and the cost in the report: [Bring your
-# agent](../bring-your-agent.md). Your own environment: [Teach your own environment](../teach-your-own-environment.md).
+# `llm(model='...', base_url='...')`, with a cache, a spending limit and the cost in the report: [Language
+# models](../language-models.md). Your own environment: [it gets a teacher by one line](../teach-your-own-environment.md).
 # No result of a real language model is published here yet.

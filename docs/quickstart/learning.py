@@ -175,6 +175,6 @@ plt.show()
 
 # %% [markdown]
 # Why near the treasure? Q-learning passes a value on by one room a visit, from the treasure outwards: advice close to it is worth
-# most for the episodes to come. [A teacher that learned](../learn-to-teach.md) has the same for other budgets, students and
-# learners. The seat for your own algorithm: [Teaching as a game](../teaching-as-a-game.md).
+# most for the episodes to come. [A teacher that learned](../internals/learn-to-teach.md) has the same for other budgets, students and
+# learners. The seat for your own algorithm: [Train a teacher](../train-teachers.md).
 # Next: [an agent that is taught](agent.py).

@@ -50,7 +50,7 @@ table = episodes.pivot_table(
 print(table)
 
 # %% [markdown]
-# How much of what was said was true, late or wrong (`distorted`) is in the table, too: every claim was checked as it was said.
+# The table also has how many claims were true, late or wrong (`distorted`): every claim was checked as it was said.
 
 # %%
 claims = episodes.groupby("teacher")[["claims", "truthful", "late", "distorted"]].sum()
@@ -97,5 +97,5 @@ report.write_text(results.report().html, encoding="utf-8")
 print(f"Report: {report}")
 
 # %% [markdown]
-# The same study as a file for the command line is ten lines of TOML: see [If you study what feedback does](../study-feedback.md).
+# The same study as a file for the command line is ten lines of TOML: see [A study](../studies.md).
 # Next: [a teacher that learns](learning.py), [an agent that is taught](agent.py).

@@ -130,9 +130,7 @@ def evaluate_agent(
         ValueError: `n_workers` is not 1.
     """
     if n_workers != 1:
-        raise ValueError(
-            f"n_workers must be 1, got {n_workers}; a study plays in several, see docs/bring-your-agent.md"
-        )
+        raise ValueError(f"n_workers must be 1, got {n_workers}; a study plays in several, see docs/studies.md")
     results = [
         rollout(agent, env, horizon=horizon, log_data=log_data, sparse_reward=sparse_reward, seed=first)
         for first in (seed, *[None] * (n_episodes - 1))

@@ -33,7 +33,7 @@ _PLACES = MappingProxyType(
 )
 """For each module of LLF-Bench, the module here; None if it only has submodules, or names in `_REFUSED`."""
 
-_MODELS = "play llf_teacher's student `llm`, see docs/bring-your-agent.md"
+_MODELS = "play llf_teacher's student `llm`, see docs/language-models.md"
 _REFUSED = MappingProxyType(
     {
         "llfbench.agents.basic_ai_agent": {"BasicAIAgent": _MODELS},

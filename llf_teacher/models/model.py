@@ -32,7 +32,7 @@ _RESOLVED = ("model", "base_url", "endpoint")
 class ModelSettings:
     """The parameters of every spec that asks a model of an OpenAI-compatible endpoint.
 
-    Model and endpoint come from the environment if they are not given. See docs/bring-your-agent.md for costs, cache
+    Model and endpoint come from the environment if they are not given. See docs/language-models.md for costs, cache
     and key.
 
     Raises:

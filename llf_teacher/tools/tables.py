@@ -16,16 +16,23 @@ _SEED = 7
 
 
 def families() -> str:
-    """A Markdown table of the families: environments, task, turns, oracle."""
+    """A Markdown table of the families: environments, task, turns."""
     rows: list[tuple[str, ...]] = []
     for family in _own_families():
         names = [f"`llf-{name}`" for name in family.showcase[:1]]
         more = len(family.environments) - len(names)
-        doc = inspect.getdoc(family.oracle_class()) or ""
-        oracle = " ".join(doc.partition("\n\n")[0].split())
         ids = f"{names[0]} and {more} more" if more else names[0]
-        rows.append((family.name, ids, family.summary, str(family.max_turns), oracle))
-    return table(("family", "environments", "task", "turns", "oracle"), rows)
+        rows.append((family.name, ids, family.summary, str(family.max_turns)))
+    return table(("family", "environments", "task", "turns"), rows)
+
+
+def oracles() -> str:
+    """A Markdown table of the families: unit of regret, what the oracle does."""
+    rows: list[tuple[str, ...]] = []
+    for family in _own_families():
+        doc = inspect.getdoc(family.oracle_class()) or ""
+        rows.append((family.name, family.regret_unit, " ".join(doc.partition("\n\n")[0].split())))
+    return table(("family", "regret counts", "its oracle"), rows)
 
 
 def personalities() -> str:
@@ -81,7 +88,7 @@ def _own_families() -> list[Family]:
     return [family for family in all_families() if not family.version and not family.missing()]
 
 
-TABLES = {"families": families, "personalities": personalities, "matrix": matrix, "clues": clues}
+TABLES = {"families": families, "oracles": oracles, "personalities": personalities, "matrix": matrix, "clues": clues}
 
 
 def update(text: str) -> str:

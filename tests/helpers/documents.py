@@ -5,6 +5,13 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
+LINKED = [
+    *ROOT.glob("*.md"),
+    *(ROOT / "docs").rglob("*.md"),
+    *(ROOT / "docs" / "quickstart").glob("*.py"),
+    ROOT / "changes" / "README.md",
+]
+"""What has links: the documents, and all that becomes a page of the site."""
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 
@@ -23,5 +30,6 @@ def python_blocks(*, shown=True):
         for number, (language, code) in enumerate(blocks):
             printed = blocks[number + 1 : number + 2] and blocks[number + 1][0] == "output"
             if language == "python" and (shown or not printed):
+                assert f"{name}-{number}" not in found, f"two documents are named {name}"
                 found[f"{name}-{number}"] = code
     return found

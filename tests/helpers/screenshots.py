@@ -1,7 +1,7 @@
 """Screenshots of what people read, to be looked at: `.ci/screenshots FOLDER`.
 
-README as a code host shows it, the site's start page and a family's page, the report in three places, the page of
-`llf serve` in three seats, and a frame of a film: each at three widths, on a light and on a dark screen.
+README as a code host shows it, the site's start page, ten of its pages and a family's, the report in three places, the
+page of `llf serve` in three seats, and a frame of a film: each at three widths, on a light and on a dark screen.
 """
 
 import argparse
@@ -41,6 +41,18 @@ _STUDY = Study(
 _HEAD = (
     '<!DOCTYPE html><meta charset="utf-8"><meta name="viewport" content="width=device-width">'
     f"<style>{style()} img {{ max-width: 100%; height: auto; }}</style>"
+)
+_GUIDES = (
+    "concepts",
+    "environments",
+    "language-models",
+    "reading-a-study",
+    "results",
+    "students",
+    "studies",
+    "suite",
+    "teachers",
+    "train-teachers",
 )
 _SEATS = {"student": ["west"], "teacher": ["Let oracle speak"], "watch": ["Next turn"] * 3}
 
@@ -82,12 +94,13 @@ def written(folder: Path, only: str, site: Path | None) -> dict[str, tuple[Path,
         body = MarkdownIt("commonmark").enable("table").render((ROOT / "README.md").read_text(encoding="utf-8"))
         head = f"{_HEAD}<base href={ROOT.as_uri()}/>"
         pages["readme"] = _file(folder / "readme.html", f"{head}{body}"), ""
-    if only in "site-start" or only in "site-family":
+    site_pages = {"site-start": "index", "site-family": "docs/families/gridworld"}
+    site_pages |= {f"site-{name}": f"docs/{name}" for name in _GUIDES}
+    if any(only in name for name in site_pages):
         if site is None:
             site = folder / "site"
             subprocess.run([sys.executable, "docs", f"{site}"], cwd=ROOT, check=True)
-        pages["site-start"] = site / "index.html", ""
-        pages["site-family"] = site / "docs/families/gridworld.html", ""
+        pages |= {name: (site / f"{page}.html", "") for name, page in site_pages.items()}
     reports = {"report-top": "", "report-figures": "#gridworld-b-a", "report-transcript": "#gridworld-b-a-transcripts"}
     if any(only in name for name in reports):
         store = Store(folder / "study.db")

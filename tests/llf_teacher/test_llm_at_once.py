@@ -61,7 +61,7 @@ def test_sixty_four_requests_at_once(tmp_path):
 
 @pytest.mark.full
 def test_sixty_four_at_once_beside_one_at_a_time(tmp_path):
-    """The figures of docs/bring-your-agent.md."""
+    """The figures of docs/language-models.md."""
     model = Slow(0.5)
     with ScriptedEndpoint(model) as server:
         many, fast = played(tmp_path, server.url, 64, "many", 64)

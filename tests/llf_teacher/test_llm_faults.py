@@ -21,7 +21,7 @@ from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.episode import play
 
 pytestmark = pytest.mark.usefixtures("no_settings", "soon")
-PAGE = Path(__file__).parents[2] / "docs" / "bring-your-agent.md"
+PAGE = Path(__file__).parents[2] / "docs" / "internals" / "asking-models.md"
 BEGIN, END = "<!-- faults -->\n", "<!-- end of faults -->"
 UNCOUNTED = {name: value for name, value in json.loads(completion(NORTH)).items() if name != "usage"}
 

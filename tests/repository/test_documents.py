@@ -11,7 +11,7 @@ from collections import Counter
 
 import pytest
 from commands import llf
-from documents import BLOCK, DOCUMENTS, ROOT, python_blocks
+from documents import BLOCK, DOCUMENTS, LINKED, ROOT, python_blocks
 
 import llf_teacher
 from llf_teacher.tools.tables import documents, families, matrix, update
@@ -47,7 +47,9 @@ def test_shown_output_is_what_the_snippet_before_it_prints(path, tmp_path, capsy
 
 
 def test_loops_of_ones_own_are_short():
-    loops = [code for name, code in python_blocks().items() if name.startswith("write-your-own-loop-")]
+    page = (ROOT / "docs" / "loops.md").read_text(encoding="utf-8")
+    below = page[page.index("\n## A bandit over personalities\n") :]
+    loops = [code for language, code in BLOCK.findall(below) if language == "python"]
     assert len(loops) == 5
     assert all(len(code.splitlines()) <= 30 for code in loops)
 
@@ -129,7 +131,7 @@ def test_badges_and_citation_are_those_of_the_project():
 
 
 def test_the_texts_for_lists_name_the_versions_that_are_tested():
-    page = (ROOT / "docs" / "releasing.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "internals" / "releasing.md").read_text(encoding="utf-8")
     pins = dict(line.split("==") for line in (ROOT / "constraints.txt").read_text().splitlines() if "==" in line)
     for name in ("Gymnasium", "PettingZoo"):
         assert f"/badge/{name}-v{pins[name.lower()]}-blue" in page
@@ -156,9 +158,9 @@ def test_the_site_is_pinned():
         assert importlib.import_module(module).__doc__
 
 
-def test_the_site_has_four_groups_of_at_most_seven_entries_and_each_page_once():
+def test_the_site_has_five_groups_of_at_most_seven_entries_and_each_page_once():
     groups = SITE["GROUPS"]
-    assert list(groups) == ["Start", "Guides", "Results", "Reference"]
+    assert [group.partition(",")[0] for group in groups] == ["Start", "Guides", "Results", "Reference", "Internals"]
     assert all(0 < len(entries) <= 7 for entries in groups.values())
     listed = [page for entries in groups.values() for entry, below in entries.items() for page in (entry, *below)]
     named = [page for page in listed if page not in MADE and "*" not in page]
@@ -167,6 +169,57 @@ def test_the_site_has_four_groups_of_at_most_seven_entries_and_each_page_once():
     pages = {path.relative_to(ROOT).with_suffix("").as_posix() for path in there}
     pages -= {page for page in pages if page not in named and page.startswith(tuple(folders))} | {"README"}
     assert sorted(named) == sorted(pages | {"changes/README"})
+
+
+def test_users_read_some_twenty_pages():
+    """All else is for those who change the code, or is made or looked up."""
+    groups = SITE["GROUPS"]
+    read = [
+        page
+        for name in ("Start", "Guides", "Results")
+        for entry, below in groups[name].items()
+        for page in (entry, *below)
+    ]
+    pages = [page for page in read if (ROOT / f"{page}.md").exists() and page != "docs/personalities"]
+    assert 16 <= len(pages) <= 23
+    for page in [*pages, "docs/questions"]:
+        title = (ROOT / f"{page}.md").read_text(encoding="utf-8").partition("\n")[0]
+        assert title.endswith("?"), f"{page}: the title must be the question that the page answers"
+
+
+BEFORE = """
+a-teacher-that-reads-the-moment bring-your-agent catalogue coming-from-llf-bench concepts environments
+for-reviewers how-claims-are-checked in-the-browser integrations internals known-results learn-to-teach
+learners metaworld personalities pictures promises questions quickstart/README reading-a-study releasing
+results speed statistics studies-at-scale study-feedback suite teach-your-own-environment teaching-as-a-game
+teaching-on-a-budget train-a-model what-personalities-do words write-your-own-loop
+"""
+"""The pages in `docs` of the site before it had internals."""
+
+
+def test_addresses_of_before_lead_to_the_page_of_today(tmp_path):
+    """Each page of before is there, or leads to one that is, and to its heading."""
+    redirects = SITE["REDIRECTS"]
+    assert not [old for old in redirects if (ROOT / f"{old}.md").exists()]
+    before = {f"docs/{name}" for name in BEFORE.split()}
+    assert len(before) == 35
+    assert not [page for page in before if page not in redirects and not (ROOT / f"{page}.md").exists()]
+    assert set(redirects) <= before
+    for new in redirects.values():
+        page, _, anchor = new.partition("#")
+        assert not anchor or anchor in headings(ROOT / f"{page}.md"), new
+        path = tmp_path / f"{page}.html"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("", encoding="utf-8")
+    SITE["redirect"](tmp_path)
+    for old, new in redirects.items():
+        (address,) = re.findall(r'url=([^"]+)"', (tmp_path / f"{old}.html").read_text(encoding="utf-8"))
+        file, _, anchor = address.partition("#")
+        page, _, wanted = new.partition("#")
+        assert ((tmp_path / old).parent / file).resolve() == (tmp_path / f"{page}.html").resolve()
+        assert anchor == wanted
+    with pytest.raises(ValueError, match="must lead from an address that is free to a page, got: docs/"):
+        SITE["redirect"](tmp_path)
 
 
 def test_the_page_of_words_has_what_people_look_for():
@@ -194,12 +247,12 @@ def test_the_search_finds_the_words_that_people_use(tmp_path):
         shutil.copy(ROOT / f"{name}.md", tmp_path)
     SITE["add_words"](tmp_path)
     for word, page, heading in (
-        ("Taxi", "docs/teach-your-own-environment", "# Teach your own environment"),
+        ("Taxi", "docs/teach-your-own-environment", "# Your own environment: how does it get a teacher?"),
         ("oracle", "docs/questions", "## What is an oracle?"),
-        ("LLM", "docs/bring-your-agent", "## A language model"),
+        ("LLM", "docs/language-models", "# Language models: how does a model learn, or teach?"),
         ("install", "README", "## Run it"),
-        ("FAQ", "docs/questions", "# Questions and answers (FAQ)"),
-        ("quickstart", "docs/quickstart/README", "# Quickstart: ten minutes"),
+        ("FAQ", "docs/questions", "# Questions: what do people ask?"),
+        ("quickstart", "docs/quickstart/README", "# Start here: what can I see in ten minutes?"),
         ("reward", "docs/teach-your-own-environment", "## Rewards in words"),
     ):
         before, entry, _ = (tmp_path / f"{page}.md").read_text("utf-8").partition(f"\n   ! single: {word}\n")
@@ -209,16 +262,17 @@ def test_the_search_finds_the_words_that_people_use(tmp_path):
 
 def test_the_readme_counts_the_personalities():
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    (least,) = re.findall(r"\| more than (\d+) personalities that combine", readme)
+    (least,) = re.findall(r"more than (\d+) personalities of teachers", readme)
     assert len(PERSONALITIES.names) > int(least)
 
 
 def test_the_study_files_of_the_page_on_studies_are_studies(tmp_path):
     from llf_teacher.studies.definition.study import load_study
 
-    page = (ROOT / "docs" / "study-feedback.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "studies.md").read_text(encoding="utf-8")
     numbers = []
-    for text in (code for language, code in BLOCK.findall(page) if language == "toml"):
+    studies = [code for language, code in BLOCK.findall(page) if language == "toml" and "ids = " in code]
+    for text in studies:
         (tmp_path / "study.toml").write_text(text)
         numbers.append(len(list(load_study(tmp_path / "study.toml").episodes())))
     assert numbers == [210, 240]
@@ -252,12 +306,15 @@ def test_the_model_that_is_trained_in_thirty_lines():
 
 
 def test_links_lead_somewhere():
-    for path in DOCUMENTS:
+    assert len(LINKED) > len(DOCUMENTS)
+    for path in LINKED:
         for target in re.findall(r"\]\(([^)]+)\)", path.read_text(encoding="utf-8")):
             if not target.startswith("https://"):
                 file, _, heading = target.partition("#")
+                if path.name == "CHANGELOG.md":  # it names pages of its time, and the site leads to those of today
+                    file = SITE["today"](file)
                 there = path.parent / file if file else path
-                assert there.exists(), f"{path.name}: {target}"
+                assert there.is_file(), f"{path.name}: {target}"
                 assert not heading or heading in headings(there), f"{path.name}: {target}"
 
 
@@ -276,7 +333,7 @@ def test_the_version_is_in_the_changelog():
 
 
 def test_the_page_on_films_tells_the_numbers_of_the_catalogue():
-    text = (ROOT / "docs" / "catalogue.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs" / "internals" / "catalogue.md").read_text(encoding="utf-8")
     entries = list(shipped())
     series = sum(entry.series for entry in entries)
     assert f"{len(entries) - series:,} films and\n{series:,} series" in text

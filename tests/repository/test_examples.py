@@ -246,7 +246,7 @@ def test_learned_teachers_beside_a_rule(tmp_path):
 @pytest.mark.full
 def test_verdicts_are_those_of_the_rule():
     """Needs `cma`. The tables of the page are what its store comes to."""
-    page = (ROOT / "docs" / "learn-to-teach.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "internals" / "learn-to-teach.md").read_text(encoding="utf-8")
     tables = printed("beside_a_rule", "--store", ROOT / "docs" / "beside-a-rule.jsonl").split("\n\n")
     assert len(tables) == 2
     assert all(table.strip() in page for table in tables)

@@ -8,7 +8,7 @@ from commands import llf
 from documents import BLOCK, DOCUMENTS, ROOT
 from evidence import missing_command, missing_test, named
 
-PROMISES = (ROOT / "docs" / "promises.md").read_text(encoding="utf-8")
+PROMISES = (ROOT / "docs" / "internals" / "promises.md").read_text(encoding="utf-8")
 ROWS = re.findall(r"^\| (?!promise )([^|]+) \| ([^|]+) \|$", PROMISES, re.MULTILINE)
 
 
@@ -58,7 +58,7 @@ def test_what_is_no_test_is_found():
 
 def test_reviewers_see_what_their_page_shows(tmp_path):
     """Of each command in a block `console`, up to white space; `...` stands for anything."""
-    blocks = BLOCK.findall((ROOT / "docs" / "for-reviewers.md").read_text(encoding="utf-8"))
+    blocks = BLOCK.findall((ROOT / "docs" / "internals" / "for-reviewers.md").read_text(encoding="utf-8"))
     (study,) = [code for language, code in blocks if language == "toml"]
     (tmp_path / "review.toml").write_text(study, encoding="utf-8")
     consoles = [code for language, code in blocks if language == "console"]

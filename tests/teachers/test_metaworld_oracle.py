@@ -308,7 +308,7 @@ def test_honesty_with_other_options(options):
 @pytest.mark.full
 @pytest.mark.parametrize(("control", "least", "each"), [("absolute", 0.985, 8), ("teacher_event", 0.96, 5)])
 def test_obedient_students_succeed(control, least, each):
-    """All tasks, ten seeds; docs/metaworld.md has the table."""
+    """All tasks, ten seeds; docs/internals/metaworld.md has the table."""
     won = []
     for task in TASKS:
         env = make(f"llf-metaworld-{task}", feedback_type="fp", control=control)

@@ -1,7 +1,7 @@
 """Statistics of studies: estimates with intervals, and tests. The seed is the unit of replication.
 
 Intervals of means are Student's t (1908), and are omitted for data where their coverage is too low: `no_interval` has
-the rule, docs/internals.md the measured coverage. Intervals of rates are exact
+the rule, docs/internals/calibration.md the measured coverage. Intervals of rates are exact
 (Clopper & Pearson 1934), by `scipy.stats.binomtest`. p-values are those of sign-flip tests (Fisher 1935), by
 `llf_teacher.studies.analysis.resampling`, whose generators have fixed seeds.
 """

@@ -68,9 +68,8 @@ def gallery(films: Sequence[str] = ()) -> str:
     return (
         f"# Gallery of personalities\n\n{lessons if films else ''}## Every personality\n\n"
         "Each beside the `oracle`, in the same world, after the same actions of a student that acts at random: an "
-        "episode in which they differ, from the first turn in which they do. [Personalities and voices]"
-        "(personalities.md) defines them and says how they compose.\n\n"
-        + "\n".join(gallery_entry(name) for name in PERSONALITIES.names if name != "oracle")
+        "episode in which they differ, from the first turn in which they do. [Teachers](teachers.md) says how they "
+        "combine.\n\n" + "\n".join(gallery_entry(name) for name in PERSONALITIES.names if name != "oracle")
     )
 
 
