@@ -46,7 +46,7 @@ def _table(given: Any, study: Any, problems: list[str]) -> dict[str, str]:
 
 
 def canonical(name: str, pattern: Any) -> Any:
-    """A pattern of a `teacher` or a `student` in the form of the study if it is a spec or an object; others unchanged."""
+    """A pattern of a `teacher` or a `student` in the study's form if it is a spec or an object; else unchanged."""
     check = {"teacher": teacher_spec, "student": student_spec}.get(name)
     if check is not None:
         with contextlib.suppress(ValueError, TypeError):
