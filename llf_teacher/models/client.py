@@ -34,6 +34,7 @@ _TEXTS = ("raw", "reasoning", "finish", "model", "call")  # tokens of an answer
 _IMAGE = 10_000  # greatest number of tokens of an image of 512 pixels, beside its bytes
 _UNSENT = ("ConnectError", "ConnectTimeout")  # errors before a request is sent, in all releases of `httpx`
 _SECRET = 8  # minimum length of a key to mask; a shorter one may be in a text by chance
+_NAMED = {"&": ("amp",), "<": ("lt",), ">": ("gt",), '"': ("quot",), "'": ("apos",)}  # characters with names in HTML
 _WAITS = 300.0  # seconds, more than all pauses between attempts
 _OF_ALL = (401, 402, 403, 404, 408, 409, 429)  # statuses about key, address or time, not about the request
 _LOOK = 5.0  # seconds to ask an endpoint for its models
@@ -149,10 +150,12 @@ class Endpoint:
 
     async def _serves(self, model: str) -> str | None:
         """The model that the endpoint serves under a name, from its list of models; None without such a list."""
+        from llf_teacher.models.http import text_of
+
         try:
             async with asyncio.timeout(_LOOK):
                 reply = await self._client.models.with_raw_response.list()
-            found = served(reply.content.decode("utf-8-sig", "replace"), model)
+            found = served(text_of(reply.http_response), model)
             return None if found is None else self._clean(found)
         except Exception:  # an endpoint need not have a list
             return None
@@ -238,13 +241,15 @@ class Endpoint:
         """The body of the endpoint's reply, or an empty body and the parameter that it refuses. Sends one request."""
         import openai
 
+        from llf_teacher.models.http import text_of
+
         body = dict(request)
         try:
             # All other fields go as they are, so that an endpoint may accept fields that the client does not know.
             model, messages = body.pop("model"), body.pop("messages")
             raw = self._client.chat.completions.with_raw_response
             reply = await raw.create(model=model, messages=messages, extra_body=body)
-            return reply.content.decode("utf-8-sig", "replace"), ""
+            return text_of(reply.http_response), ""
         except LLMError:
             raise
         except Exception as error:  # any error may quote the key
@@ -316,9 +321,21 @@ class Endpoint:
 
 
 def _written(key: str) -> re.Pattern[str]:
-    """The key, and the forms in which JSON may escape it, also JSON within JSON."""
+    """The key, and the forms in which JSON (also JSON within JSON), an address or HTML may escape it."""
     escaped = r"\\{0,8}"  # bounded, so that the time is linear
-    return re.compile("".join(rf"{escaped}(?:{re.escape(each)}|(?<=\\)u00(?i:{ord(each):02x}))" for each in key))
+    return re.compile("".join(f"{escaped}(?:{'|'.join(_forms(each))})" for each in key))
+
+
+def _forms(letter: str) -> tuple[str, ...]:
+    """Patterns of a character of ASCII, as it is and escaped."""
+    code = f"{ord(letter):02x}"
+    return (
+        re.escape(letter),
+        rf"(?<=\\)u00(?i:{code})",
+        f"%(?:25){{0,4}}(?i:{code})",  # escaped again, a percent sign is %25
+        f"&#(?:0{{0,4}}{ord(letter)}|(?i:x0{{0,4}}{code}));",
+        *(f"&{name};" for name in _NAMED.get(letter, ())),
+    )
 
 
 def length_of(request: Mapping[str, Any]) -> int | None:

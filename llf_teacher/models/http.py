@@ -9,7 +9,7 @@ from llf_teacher.models import LLMError
 
 MOST_BYTES = 16_000_000
 """Maximum length of a reply's body, in bytes."""
-_OF_THE_WIRE = ("content-encoding", "content-length", "transfer-encoding")
+_OF_THE_WIRE = (b"content-encoding", b"content-length", b"transfer-encoding")
 
 
 class BoundedClient(openai.DefaultAsyncHttpxClient):
@@ -43,5 +43,19 @@ class BoundedClient(openai.DefaultAsyncHttpxClient):
                         raise error
             finally:
                 await reply.aclose()
-        headers = [(name, value) for name, value in reply.headers.multi_items() if name not in _OF_THE_WIRE]
+        # As bytes: a header need not be ASCII, and must not cost a paid answer.
+        headers = [(name, value) for name, value in reply.headers.raw if name.lower() not in _OF_THE_WIRE]
         return type(reply)(reply.status_code, headers=headers, content=bytes(body), request=request)
+
+
+def text_of(reply: Any) -> str:
+    """The body of a reply: in UTF-8, as JSON is, or in the encoding that its header names where it is not UTF-8."""
+    body: bytes = reply.content
+    try:
+        return body.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        named = reply.charset_encoding or "utf-8"
+    try:
+        return body.decode(named, "replace").removeprefix("\ufeff")
+    except (LookupError, UnicodeError):  # no such encoding, or none of text
+        return body.decode("utf-8-sig", "replace")

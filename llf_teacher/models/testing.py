@@ -12,7 +12,8 @@ class Reply(NamedTuple):
     """A reply that is not a normal answer."""
 
     status: int = 200
-    body: str = ""
+    body: str | bytes = ""
+    """Text is sent in UTF-8."""
     headers: tuple[tuple[str, str], ...] = ()
     cut: bool = False
     """Break the connection after half of the body."""
@@ -68,7 +69,7 @@ class ScriptedEndpoint:
         self._send(handler, reply)
 
     def _send(self, handler: BaseHTTPRequestHandler, reply: Reply) -> None:
-        body = reply.body.encode("utf-8", "surrogatepass")
+        body = reply.body if isinstance(reply.body, bytes) else reply.body.encode("utf-8", "surrogatepass")
         try:
             handler.send_response(reply.status)
             for name, value in dict([("Content-Type", "application/json"), *reply.headers]).items():

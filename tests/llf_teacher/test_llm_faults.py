@@ -160,7 +160,21 @@ def test_a_page_that_begins_with_a_comment_is_not_paid(tmp_path):
 ESCAPED = "".join(f"\\u{ord(each):04X}" for each in KEY)
 
 
-@pytest.mark.parametrize("key", [KEY, ESCAPED, ESCAPED.replace("\\", "\\\\"), KEY.replace("-", "\\-")])
+PERCENT = "".join(f"%{ord(each):02x}" for each in KEY)
+FORMS = {
+    "itself": KEY,
+    "JSON": ESCAPED,
+    "JSON in JSON": ESCAPED.replace("\\", "\\\\"),
+    "a backslash": KEY.replace("-", "\\-"),
+    "an address": KEY.replace("-", "%2D"),
+    "all of an address": PERCENT,
+    "an address in an address": PERCENT.replace("%", "%25"),
+    "HTML": KEY.replace("-", "&#45;"),
+    "all of HTML": "".join(f"&#x{ord(each):04X};" for each in KEY),
+}
+
+
+@pytest.mark.parametrize("key", FORMS.values(), ids=FORMS)
 def test_no_escape_hides_the_key(tmp_path, key):
     """What an endpoint repeats of it is masked before it is kept, in each of an answer's texts; so are surrogates."""
     reply = Reply(body=completion(f"Go {key}.\ud800", {"model": key, "messages": []}, reasoning_content=key))
@@ -169,6 +183,32 @@ def test_no_escape_hides_the_key(tmp_path, key):
             found = endpoint(server.url, tmp_path / "c.db").answer(REQUEST)
             assert (found.raw, found.reasoning, found.model) == ("Go ***.?", "***", "***")
     assert not files_with(KEY, tmp_path)
+
+
+@pytest.mark.parametrize("name", ["latin-1", "utf-16"])
+def test_a_reply_in_an_encoding_of_its_own_is_read_by_it(name):
+    body = json.dumps(json.loads(completion("Größe")), ensure_ascii=False).encode(name)
+    reply = Reply(body=body, headers=(("Content-Type", f"application/json; charset={name}"),))
+    with ScriptedEndpoint(lambda request: reply) as server:
+        assert endpoint(server.url).ask(REQUEST) == "Größe"
+
+
+@pytest.mark.parametrize("name", ["klingon", "zlib", "utf-16", "hex"])
+def test_an_encoding_that_is_named_in_error_changes_nothing(name):
+    """No encoding, no encoding of text, or one in which the reply is not written."""
+    body = json.dumps(json.loads(completion("Größe")), ensure_ascii=False)
+    reply = Reply(body=body, headers=(("Content-Type", f"application/json; charset={name}"),))
+    with ScriptedEndpoint(lambda request: reply) as server:
+        assert endpoint(server.url).ask(REQUEST) == "Größe"
+
+
+@pytest.mark.parametrize("status", [200, 429])
+def test_a_header_that_is_not_ascii_costs_no_answer(status):
+    """Neither a paid answer nor the next attempt."""
+    replies = [Reply(status, completion(NORTH), (("X-Served-By", "Zürich"), ("Retry-After", "\xff"))), NORTH]
+    with ScriptedEndpoint(lambda request: replies[len(server.requests) - 1]) as server:
+        assert endpoint(server.url).ask(REQUEST) == NORTH
+    assert len(server.requests) == (1 if status == 200 else 2)
 
 
 def test_many_backslashes_take_linear_time():
