@@ -236,10 +236,11 @@ class Claim(Generic[TruthT, WorldT]):
     """Whether it is about an action that the oracle tried before the episode, not about the student's."""
 
     def __init_subclass__(cls, **more: Any) -> None:
-        """Let the check of a class give False for claims that name what does not exist."""
+        """Let the checks of a class give False for claims that name what does not exist."""
         super().__init_subclass__(**more)
-        if "holds" in vars(cls) and not hasattr(cls.holds, "__wrapped__"):
-            cls.holds = _checked(cls.holds)  # type: ignore[method-assign]  # with the same signature
+        for name in {"holds", "means"} & vars(cls).keys():
+            if not hasattr(check := vars(cls)[name], "__wrapped__"):
+                setattr(cls, name, _checked(check))
 
     def __post_init__(self) -> None:
         """Refuse NumPy's numbers and arrays, which JSON writes differently, and subclasses, which may say anything.
@@ -268,6 +269,8 @@ class Claim(Generic[TruthT, WorldT]):
 
     def means(self, moment: Moment[TruthT], oracle: Any) -> bool:
         """Whether the claim is true of a moment by its fields alone, with numbers as phrases round them.
+
+        Errors count as for `holds`.
 
         Args:
             moment: any moment, not only the one for which the claim was made.
@@ -326,13 +329,13 @@ class Claim(Generic[TruthT, WorldT]):
         return self.worth(moment, lab, action)
 
 
-def _checked(holds: Callable[..., bool]) -> Callable[..., bool]:
+def _checked(method: Callable[..., bool]) -> Callable[..., bool]:
     """A check that gives False where a claim names what does not exist, or lacks its ground."""
 
-    @wraps(holds)
+    @wraps(method)
     def check(self: Any, moment: Any, lab: Any) -> bool:
         try:
-            return holds(self, moment, lab)
+            return method(self, moment, lab)
         except (LookupError, ValueError, ArithmeticError):
             return False
         except AttributeError:
@@ -398,7 +401,7 @@ class PlanClaim(Claim[TruthT, WorldT]):
 
     def excludes(self, other: Claim) -> bool:
         """For advice: a warning of the first action."""
-        return self.kind is FP and _warns_of(self.actions[0], other)
+        return self.kind is FP and self.actions != () and _warns_of(self.actions[0], other)
 
 
 def _warns_of(action: Any, claim: Claim) -> bool:
@@ -448,7 +451,7 @@ def action_of(claim: Claim) -> Any:
     claim = unhedged(claim)
     if isinstance(claim, ActionClaim):
         return claim.action
-    return claim.actions[0] if isinstance(claim, PlanClaim) else None
+    return claim.actions[0] if isinstance(claim, PlanClaim) and claim.actions else None
 
 
 class EditClaim(Claim[TruthT, WorldT]):

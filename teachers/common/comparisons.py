@@ -120,9 +120,10 @@ class Better(Grounded[Any]):
         """Compare the values, or the numbers of actions until the task is solved."""
         if moment.over:
             return False
+        pair = [oracle.lab.legal(each) for each in (self.this, self.that)]  # else -1 would be the last action
         if (values := oracle.values(moment.after)) is not None:
-            return bool(values[self.this] - values[self.that] > _EQUAL)
-        this, that = (len(oracle.way(moment.after, each, HORIZON)) or math.inf for each in (self.this, self.that))
+            return bool(values[pair[0]] - values[pair[1]] > _EQUAL)
+        this, that = (len(oracle.way(moment.after, each, HORIZON)) or math.inf for each in pair)
         return this < that
 
     def excludes(self, other: Claim[Any]) -> bool:
