@@ -176,8 +176,10 @@ def test_global_generators_are_seeded_per_episode_in_workers_only(tmp_path, monk
 
 
 REPLACES = """
+import json
 import math
 import random
+import time
 
 import numpy as np
 
@@ -201,6 +203,14 @@ class Agent:
             import builtins
 
             builtins.sorted = lambda *args, **kwargs: list(args[0])
+        elif self.what == "json":
+            json.loads = lambda text, **kwargs: {}
+        elif self.what == "method":
+            json.JSONEncoder.encode = lambda self, value: "{}"
+        elif self.what == "clock":
+            time.monotonic = lambda: 0.0
+        elif self.what == "constant":
+            np.pi = 3
         return "north"
 
 
@@ -214,6 +224,22 @@ class Gone(Agent):
 
 class Builtin(Agent):
     what = "builtin"
+
+
+class Json(Agent):
+    what = "json"
+
+
+class Method(Agent):
+    what = "method"
+
+
+class Timer(Agent):
+    what = "clock"
+
+
+class Constant(Agent):
+    what = "constant"
 """
 
 
@@ -224,13 +250,14 @@ def test_an_agent_that_replaces_what_others_draw_by_fails_alone(tmp_path, monkey
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, (str(tmp_path), os.environ.get("PYTHONPATH")))))
     changing = {"Agent": "numpy.random.default_rng", "Random": "random.choice", "Gone": "math.fsum"}
-    changing["Builtin"] = "builtins.sorted"
+    changing |= {"Builtin": "builtins.sorted", "Json": "json.loads", "Method": "json.encoder.JSONEncoder.encode"}
+    changing |= {"Timer": "time.monotonic", "Constant": "numpy.pi"}
     common = {"ids": ("llf-gridworld-v0", "llf-optimization-Booth-v0"), "teachers": ("oracle",), "max_turns": 3}
     alone = Study(**common, students=("random",), seeds=3)
     study = Study(**common, students=(*(f"{name}:{each}" for each in changing), "random"), seeds=3)
     with Store(tmp_path / "alone.db") as store, Store(tmp_path / "both.db") as both:
         play_missing(alone, store, workers=1)
-        with pytest.raises(EpisodeError, match="24 of 30 episodes failed"):
+        with pytest.raises(EpisodeError, match="48 of 54 episodes failed"):
             play_missing(study, both, workers=workers)
         assert sorted(map(tuple, both.episodes())) == sorted(map(tuple, store.episodes()))
         for row in both.failures():
