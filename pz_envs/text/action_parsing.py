@@ -77,6 +77,7 @@ _PART = re.compile(
     rf"(?<![\w.+-])(?:[\"']?([A-Za-z]\w{{0,20}})[\"']?[ \t]*[:=][ \t]*)?[\"']?({_NUMBER})[\"']?(?![\w.%])"
 )
 _BETWEEN = re.compile(r"(?:[\s,;&]|\band\s+(?=\S))+")
+_SIGN = re.compile(r"-\s+[\"']?\.?[0-9]")
 _WORDS = 12  # greatest number of words before an action, and in it
 _SCANNED = 60  # words of a refused text
 _PARTS = 8  # parts of a remark that may name an action
@@ -243,6 +244,7 @@ def exact_action(text: str, world: World[Any], depth: int = 0) -> Any:
     """The action of a text that is one and nothing else, but for marks around it; None: it is no action."""
     longest = max(LONGEST, getattr(world.action_space, "max_length", 0))
     form = text
+    listed = text.lstrip()[:1] == "-" or not isinstance(world.action_space, spaces.Box)  # else a dash is a sign
     for _ in range(4 if len(text) <= 2 * longest else 0):
         if 0 < len(form) <= longest:
             for read in (_word, _numbers):
@@ -251,6 +253,8 @@ def exact_action(text: str, world: World[Any], depth: int = 0) -> Any:
             value = lenient_value(form) if form[:1] in ("{", "[", "(", '"') else None
             if (action := from_json(value, world, depth)) is not None:
                 return action
+        if not listed and _SIGN.match(form.strip(_AROUND)):
+            break
         inner = _bare(form)
         if inner == form and _BRACKETS.get(form[:1]) == form[-1:]:
             inner = form[1:-1].strip()

@@ -29,11 +29,15 @@ def finite_value(text: str) -> Any:
 
 
 def lenient_value(text: str) -> Any:
-    """The value of JSON, also with single quotes, in round brackets or with a comma too many; None: it is no JSON."""
+    """The value of JSON, also with single quotes, in round brackets, with a comma too many or U+2212 as a minus sign.
+
+    None: it is no JSON.
+    """
     if text[:1] + text[-1:] == "()":
         text = f"[{text[1:-1]}]"
     requoted = _STRING.sub(lambda found: _requoted(found[0]), text)
-    for form in (text, requoted, _EXTRA.sub(lambda found: found["string"] or "", requoted)):
+    bare = _EXTRA.sub(lambda found: found["string"] or "", requoted)
+    for form in (text, requoted, bare, _MINUS.sub(lambda found: found["string"] or "-", bare)):
         with suppress(ValueError, RecursionError):
             return finite_value(form)
     return None
@@ -73,5 +77,6 @@ def _refuse(name: str) -> NoReturn:
 
 _STRING = re.compile(r"\"(?:[^\"\\]|\\.)*+(?:\"|$)|'(?:[^'\\]|\\.)*+(?:'|$)", re.DOTALL)
 _EXTRA = re.compile(rf"(?P<string>{_STRING.pattern})|,(?=\s*+[\]}}])", re.DOTALL)
+_MINUS = re.compile(r'(?P<string>"(?:[^"\\]|\\.)*+")|\u2212(?=[.0-9])')
 _OBJECT = re.compile(r'\{(?=\s*["}])')
 _DECODER = json.JSONDecoder(object_pairs_hook=unique_keys, parse_constant=_refuse)  # `Vocabulary` refuses 1e999

@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from timing import grows_linearly
 
+import llf_teacher
 from pz_envs.family import all_families
 from pz_envs.text.actions import failure, legal_text, parse_action, read_exactly
 from teachers.atoms import ParseFailure
@@ -351,3 +352,18 @@ def test_numbers_are_given_in_the_form_that_the_world_takes():
     assert type(parse_action("2", ARMS)) is int
     assert parse_action("2", HOUSE) is DIRECTIONS[2]
     assert not isinstance(parse_action("2", ARMS), np.generic)
+
+
+@pytest.mark.parametrize("text", ["[- 1, 0]", "(- 1, 0)", "Response: [ - 1, 0 ]", "x = [- .5, 0]", '["- 1", "0"]'])
+def test_a_sign_apart_from_its_number_is_not_lost(text):
+    """`[- 1, 0]` is not 1, 0."""
+    world = llf_teacher.make("llf-optimization-Booth-v0").session.world
+    assert type(parse_action(text, world)) is ParseFailure
+
+
+@pytest.mark.parametrize(
+    "text", ["[\u22121, \u22120.5]", '{"action": [\u22121, \u22120.5]}', "{'x1': \u22121, 'x2': \u22120.5,}"]
+)
+def test_the_minus_sign_of_unicode_is_one_in_json_too(text):
+    world = llf_teacher.make("llf-optimization-Booth-v0").session.world
+    assert parse_action(text, world) == (-1.0, -0.5)
