@@ -304,6 +304,18 @@ def test_a_family_without_a_wheel_for_this_python_says_why():
         later.make_world()
 
 
+def test_metaworld_is_missed_before_a_world_is_made(monkeypatch):
+    """The world imports it late, since that takes seconds."""
+    for name in [each for each in sys.modules if each.startswith(("worlds.metaworld", "teachers.oracles.metaworld"))]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "metaworld", None)
+    family = replace(entry("llf-metaworld-reach-v3").family, python_below=sys.version_info[:2])
+    why = "the family 'metaworld' needs 'metaworld', which is not installed; it has no wheel for Python"
+    assert family.missing().startswith(why)
+    with pytest.raises(ModuleNotFoundError, match=why):
+        family.make_world(task="reach-v3")
+
+
 def test_the_marker_and_the_family_name_the_same_python():
     pyproject = Path(__file__).parents[2] / "pyproject.toml"
     below = entry("llf-metaworld-reach-v3").family.python_below

@@ -4,6 +4,11 @@ The simulator is metaworld's, on MuJoCo, with faster low-level steps whose resul
 holds its state as a value; all worlds of the same task in a thread share a simulator.
 """
 
+from importlib.util import find_spec
+
+if find_spec("metaworld") is None:  # imported only where it is needed, as that takes seconds; it is missed at once
+    raise ModuleNotFoundError("No module named 'metaworld'", name="metaworld")
+
 from worlds.metaworld.script import Aim, Script
 from worlds.metaworld.simulator import Simulator
 from worlds.metaworld.state import Episode, Pose, Truth
