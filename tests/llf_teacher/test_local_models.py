@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+import struct
 import subprocess
 import zipfile
 
@@ -44,6 +45,7 @@ def test_the_header_of_a_file_says_what_its_server_needs(tmp_path):
         (b"", "is no GGUF file: it begins with b''"),
         (b"GGUF\3\0\0\0", "is incomplete or damaged: its header ends early; get the file again"),
         (b"GGUF" + b"\xff" * 40, "is incomplete or damaged"),
+        (struct.pack("<4sIQQQ1sI", b"GGUF", 3, 0, 1, 1, b"a", 9) + struct.pack("<IQ", 9, 1) * 20_000, "or damaged"),
     ],
 )
 def test_a_file_that_is_no_model_is_refused(tmp_path, content, said):
@@ -51,6 +53,12 @@ def test_a_file_that_is_no_model_is_refused(tmp_path, content, said):
     path.write_bytes(content)
     with pytest.raises(ValueError, match=said):
         read_header(path)
+
+
+def test_a_number_of_parts_that_is_a_text_is_none(tmp_path):
+    header = struct.pack("<4sIQQQ11sIQ1s", b"GGUF", 3, 0, 1, 11, b"split.count", 8, 1, b"x")
+    (tmp_path / "m.gguf").write_bytes(header + bytes(64))
+    assert read_header(tmp_path / "m.gguf").architecture == ""
 
 
 def test_every_beginning_of_a_file_is_refused(tmp_path):

@@ -50,7 +50,7 @@ def read_header(path: Path) -> Header:
             raise ValueError(f"{path} is incomplete or damaged: its header ends early; get the file again") from None
     if end > size:
         raise ValueError(f"{path} is incomplete: it has {size} bytes of more than {end}; get the file again")
-    if (parts := values.get("split.count", 1)) > 1:
+    if (parts := _number(values.get("split.count"))) > 1:
         raise ValueError(
             f"{path} is one of {parts} parts; merge them first, with llama.cpp's `llama-gguf-split --merge`"
         )
@@ -116,8 +116,10 @@ def _value(file: BinaryIO, kind: int) -> Any:
         raise OverflowError
     if inner in _NUMBERS:
         return list(_unpack(file, f"{length}{_NUMBERS[inner]}"))
+    if inner != _TEXT:  # llama.cpp takes no list of lists
+        raise OverflowError
     for _ in range(length):
-        _value(file, inner)
+        _text(file)
     return length
 
 
