@@ -214,7 +214,7 @@ def check(file: Annotated[Path, typer.Argument(help="Store of a study.", exists=
         if found:
             raise typer.Exit(1)
         typer.echo(f"{store.count} episodes, all as they were written.")
-        for name, numbers in mixed(store.definitions(), store.coded()).items():
+        for name, numbers in mixed(store.definitions(), store.coded(), store.manifest().get("code", {})).items():
             errors.print(escape_control_chars(f"warning: {mixed_words(name, numbers)}"))
 
 

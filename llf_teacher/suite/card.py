@@ -186,7 +186,7 @@ class Card:
         After the first comes a sentence for each ability with different results beside placebo and silence. Abilities
         in whose lessons many answers failed are not called missing; a sentence has them, and one what was answered.
         """
-        several = [f"Not one result: {words}." for words in self.mixed.values()]
+        several = [f"{words}." for words in self.mixed.values()]
         return several + self._findings()
 
     def _findings(self) -> list[str]:

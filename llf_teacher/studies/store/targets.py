@@ -1,4 +1,4 @@
-"""Files to write: none replaces a store, a study's file or another study's report."""
+"""Files to write: none replaces a store, a study's file, another study's report or a file of another kind."""
 
 import os
 import re
@@ -9,12 +9,18 @@ from pathlib import Path
 from llf_teacher.studies.store import Store
 
 _SQLITE = b"SQLite format 3\0"
-_HEAD = 4096  # characters of a report that have its study's name
+_BEGINS = {
+    "the report": (b"<!doctype html", "an HTML page"),
+    "the comparison": (b"<!doctype html", "an HTML page"),
+    "the archive": (b"pk", "a zip file"),
+}
+"""How a file begins that such a file may replace, and what it is: no program, and no note, is replaced by accident."""
+_HEAD = 4096  # characters or bytes of a file that say what it is, of a report also its study's name
 _NAME = re.compile(r'<meta name="study" content="([^"]*)">')
 
 
 def check_target(path: Path, what: str, kept: Iterable[Path] = ()) -> None:
-    """Check that a file to write replaces no file of a study.
+    """Check that a file to write replaces no file of a study, and no file of another kind than its own.
 
     Args:
         path: the file to write.
@@ -31,7 +37,12 @@ def check_target(path: Path, what: str, kept: Iterable[Path] = ()) -> None:
         found = "the name of a study's file"
     elif path.is_file():
         with path.open("rb") as file:
-            found = "an SQLite file, such as a store" if file.read(len(_SQLITE)) == _SQLITE else ""
+            head = file.read(_HEAD)
+        begins, kind = _BEGINS.get(what, (b"", ""))
+        if head.startswith(_SQLITE):
+            found = "an SQLite file, such as a store"
+        elif head and not head.lstrip().lower().startswith(begins):
+            found = f"a file that is not {kind}"
     if found:
         raise ValueError(f"cannot write {what} to {path}: it is {found}, which is not replaced; give another file")
 
