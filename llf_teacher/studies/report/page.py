@@ -178,7 +178,7 @@ def _counted(values: Sequence[float], digits: int, scale: float = 1) -> str:
     counts = Counter(_every(values, digits, scale))
     if len(counts) > _FEW:
         first, *_, last = counts
-        return f"{first} to {last}"
+        return f"seeds range from {first} to {last}"
     return ", ".join(value if count == 1 else f"{value} ({count} times)" for value, count in counts.items())
 
 

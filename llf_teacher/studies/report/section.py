@@ -199,16 +199,19 @@ class Section:
 
     @cached_property
     def drawn(self) -> tuple[str, ...]:
-        """The teachers with curves: all, or if they are too many, the reference and a selection.
+        """The teachers with curves: all, or if they are too many, those of `asked`, the reference and a selection.
 
-        The selection has evenly spaced ranks of the regret of `reader`, including the least and the greatest.
+        The selection has evenly spaced ranks of the regret of `reader`, including the least and the greatest. Teachers
+        are in the order of the study, so that each keeps its colour.
         """
         if len(self.grid.teachers) <= MOST:
             return self.grid.teachers
-        others = [t for t in self.grid.teachers if t != self.reference and (t, self.reader) in self.cells]
+        first = dict.fromkeys(each for each in (*self.asked, self.reference) if each in self.grid.teachers)
+        chosen = set(list(first)[:MOST])
+        others = [t for t in self.grid.teachers if t not in chosen and (t, self.reader) in self.cells]
         ranked = sorted(others, key=lambda teacher: self.regret[teacher, self.reader].mean)
-        room = min(MOST - (self.reference in self.grid.teachers), len(ranked))
-        chosen = {ranked[rank] for rank in np.linspace(0, len(ranked) - 1, room).round().astype(int)} | {self.reference}
+        room = min(MOST - len(chosen), len(ranked))
+        chosen |= {ranked[rank] for rank in np.linspace(0, len(ranked) - 1, room).round().astype(int)}
         return tuple(teacher for teacher in self.grid.teachers if teacher in chosen)
 
     @cached_property
