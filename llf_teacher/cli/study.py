@@ -16,7 +16,7 @@ from llf_teacher.models.settings import BUDGET
 from llf_teacher.studies import commands
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
     from llf_teacher.studies.definition.study import Study
     from llf_teacher.studies.execution.runner import RunOptions
@@ -188,6 +188,7 @@ def report(
     """Write the report of a study from the episodes in its store, also while the study runs or after it stopped."""
     from llf_teacher.studies import load
     from llf_teacher.studies.definition.study import load_study
+    from llf_teacher.studies.execution.changes import since
     from llf_teacher.studies.report import check_writable, write_report
     from llf_teacher.studies.store import Store
     from llf_teacher.studies.store.targets import check_report, name_of
@@ -199,12 +200,14 @@ def report(
         if not shared:
             check_report(report, results.manifest.get("name", "") if file is None else name_of(file, path))
         write_report(opened, results.played_study if file is None else load_study(file), report)
+        _warn(since(results.manifest.get("code", {})))
     Console(emoji=False, stderr=True, markup=False).print(f"Report: {report.resolve()}")
 
 
 def check(file: Annotated[Path, typer.Argument(help="Store of a study.", exists=True, dir_okay=False)]) -> None:
     """Check that a store is complete and unchanged. Damage is printed, and the exit status is 1."""
     from llf_teacher.studies.definition.fingerprints import mixed, mixed_words
+    from llf_teacher.studies.execution.changes import since, unseen
     from llf_teacher.studies.store import Store
 
     with Store(file, read_only=True) as store:
@@ -214,20 +217,26 @@ def check(file: Annotated[Path, typer.Argument(help="Store of a study.", exists=
         if found:
             raise typer.Exit(1)
         typer.echo(f"{store.count} episodes, all as they were written.")
-        for name, numbers in mixed(store.definitions(), store.coded(), store.manifest().get("code", {})).items():
-            errors.print(escape_control_chars(f"warning: {mixed_words(name, numbers)}"))
+        code = store.manifest().get("code", {})
+        _warn(mixed_words(*each) for each in mixed(store.definitions(), store.coded(), code).items())
+        _warn([*since(code), *unseen(code)])
 
 
 def archive(
     store: Annotated[Path, typer.Argument(help="Store of a study, which may be running.", exists=True, dir_okay=False)],
     file: Annotated[Path, typer.Argument(help="Zip file to write.")],
 ) -> None:
-    """Copy a store whole, with the study's file, its manifest, the versions of its software and its report."""
+    """Copy a store whole, with the study's file, your own code, the manifest, versions of the software and the report."""
     from llf_teacher.studies import load
 
     with load(store) as results:
-        results.archive(file)
+        _warn(results.archive(file))
     typer.echo(f"Archive: {file.resolve()}")
+
+
+def _warn(lines: "Iterable[str]") -> None:
+    for line in lines:
+        errors.print(escape_control_chars(f"warning: {line}"), highlight=False, soft_wrap=True)
 
 
 def export(
@@ -408,7 +417,6 @@ def _play_and_report(
 ) -> int:
     """Play a study and write its report; the exit status."""
     from llf_teacher.studies.analysis import costs
-    from llf_teacher.studies.execution.changes import specs_of, unseen
     from llf_teacher.studies.execution.progress import StudyProgress
     from llf_teacher.studies.execution.runner import EpisodeError, StudyError, play_missing
     from llf_teacher.studies.report import write_report
@@ -433,9 +441,6 @@ def _play_and_report(
         for line in costs.cost_lines(store):
             console.print(line)
         console.print(f"Played {played} episodes; {path} now has {store.count}.")
-        if played < store.count:
-            for line in unseen(specs_of(study)):
-                console.print(escape_control_chars(line), highlight=False)
         if not store.count:
             errors.print("There is no report, since all episodes failed: mend what the error names first.")
         if store.count:

@@ -185,15 +185,19 @@ class Results:
 
         return write_figures(self._store, study or self.played_study, Path(folder))
 
-    def archive(self, path: Path | str) -> None:
+    def archive(self, path: Path | str) -> list[str]:
         """Write a zip file with everything about the study; other processes may write to the store at the same time.
 
         It has `study.db`, a whole copy of the store; `study.toml`; `manifest.json`; `requirements.txt`, the versions of
-        the software; and `report.html`, if an episode was played.
+        the software; `report.html`, if an episode was played; and in `code` the modules of the user's own that the
+        study names, with those that they import and the text files that they name.
+
+        Returns:
+            What the archive lacks of that code, what has changed since the last run, and what it cannot know, in words.
         """
         from llf_teacher.studies.archive import write_archive  # imports Matplotlib
 
-        write_archive(self.path, Path(path))
+        return write_archive(self.path, Path(path))
 
     def export(self, path: Path | str, table: str = "episodes") -> int:
         """Write a table, in constant memory.
