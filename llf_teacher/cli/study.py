@@ -226,7 +226,7 @@ def archive(
     store: Annotated[Path, typer.Argument(help="Store of a study, which may be running.", exists=True, dir_okay=False)],
     file: Annotated[Path, typer.Argument(help="Zip file to write.")],
 ) -> None:
-    """Copy a store whole, with the study's file, your own code, the manifest, versions of the software and the report."""
+    """Copy a store whole, with the study's file, your own code, manifest, versions of the software, and report."""
     from llf_teacher.studies import load
 
     with load(store) as results:
@@ -294,17 +294,19 @@ def power(
     """Print how many seeds a study needs to find an effect, from the paired differences of a pilot."""
     from llf_teacher.studies import load
     from llf_teacher.studies.analysis.outcomes import outcomes
-    from llf_teacher.studies.analysis.power import needs
+    from llf_teacher.studies.analysis.power import equal, needs
     from llf_teacher.studies.analysis.primary import primary_needs
     from llf_teacher.studies.definition.design import BASELINE
 
     with load(pilot) as results:
         study = results.manifest.get("study", {})
+        names = results.played_study.named if study else {}
         against = baseline or study.get("baseline", BASELINE)
         compare = () if baseline else study.get("compare", ())
         played = outcomes(results.rows())
     every = list(needs(played, against, effect, "regret", chance, compare))
-    if not every:
+    same = equal(played, against, of, compare)
+    if not every and not same:
         raise ValueError(
             f"{pilot} has too few episodes: it needs two seeds of a student that uses feedback, with {against!r} and "
             "with another teacher; play more, or name another teacher by --baseline"
@@ -318,9 +320,7 @@ def power(
         (
             n.family,
             f"{n.instruction_type}, {n.feedback_type}",
-            n.teacher,
-            n.other,
-            n.student,
+            *(names.get(spec, spec) for spec in (n.teacher, n.other, n.student)),
             f"{n.pairs}",
             f"{n.spread:.3f}",
             f"{n.seeds}",
@@ -337,7 +337,13 @@ def power(
                 f"To find a {of} of {effect:g} with a probability of {chance:g} in every {which}, "
                 f"use {max(need.seeds for need in each)} seeds, or {each[0].safe} to be safe."
             )
-    if lacking := len(every) - len(found):
+    if same:
+        what = "success" if of == "success" else "regret"
+        typer.echo(
+            f"Left out: {same} comparison{'s' * (same > 1)} of a family with the same {what} with both teachers in "
+            "every seed of the pilot: no number of seeds can be given."
+        )
+    if of == "score" and (lacking := len(every) - len(found)):
         typer.echo(
             f"{lacking} of {len(every)} comparisons of a family have no score, since regret with the teacher that they "
             "are against is about 0: give --effect in the unit of regret, by --of regret."

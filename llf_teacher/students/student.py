@@ -148,6 +148,11 @@ class Student(Spec, ABC):
         return False
 
     @property
+    def needs_discrete(self) -> bool:
+        """Whether it needs discrete actions, which not all families have."""
+        return False
+
+    @property
     def text(self) -> bool:
         """Whether it plays in text mode: text in, text out."""
         return False

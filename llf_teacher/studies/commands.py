@@ -1,5 +1,6 @@
 """`llf study transcript`, `figures` and `diff`: the contents of stores without a report."""
 
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -9,7 +10,10 @@ from rich.console import Console
 from llf_teacher.escaping import escape_control_chars
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from llf_teacher.studies.analysis.diff import Comparison, Contrast
+    from llf_teacher.studies.store import Store
 
 _LISTED = 10  # greatest number of named cells of one store only
 
@@ -84,7 +88,8 @@ def diff(
     with Store(first, read_only=True) as one, Store(second, read_only=True) as other:
         one.check()
         other.check()
-        _show(compare(one, other), (f"{first}", f"{second}"), console)
+        called = _names(one, other)
+        _show(compare(one, other), (f"{first}", f"{second}"), console, called)
     if html is not None:
         console.save_html(f"{html}")
 
@@ -101,8 +106,23 @@ def _numbers(change: "Contrast") -> tuple[str, ...]:
     )
 
 
-def _show(found: "Comparison", names: tuple[str, str], console: Console) -> None:
+def _names(*stores: "Store") -> dict[str, str]:
+    """The names of teachers and students in reports, by spec, without names of several specs."""
+    from llf_teacher.studies.definition.study import Study
+
+    found: dict[str, str] = {}
+    for store in stores:
+        manifest = store.manifest()
+        found |= Study.from_manifest(manifest, as_played=True).named if "study" in manifest else {}
+    taken = Counter(found.values())
+    return {spec: name for spec, name in found.items() if taken[name] == 1}
+
+
+def _show(found: "Comparison", names: tuple[str, str], console: Console, called: "Mapping[str, str]") -> None:
     from llf_teacher.studies.analysis.diff import FIELDS
+
+    def said(value: str | int) -> str:
+        return called.get(f"{value}", f"{value}")
 
     changed = [change for change in found.changes if not change.equal]
     same = len(found.changes) - len(changed)
@@ -116,12 +136,11 @@ def _show(found: "Comparison", names: tuple[str, str], console: Console) -> None
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
         settings = [FIELDS, *(change.setting for change in changed)]
         for setting, row in zip(settings, rows, strict=True):  # a line each, since an id is longer than a column
-            console.print(escape_control_chars(", ".join(f"{setting[i]}" for i in shown)))
+            console.print(escape_control_chars(", ".join(said(setting[i]) for i in shown)))
             console.print("  " + "  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)))
     for name, only in zip(names, found.only, strict=True):
         for setting in only[:_LISTED]:
-            console.print(
-                escape_control_chars(f"only in {name}: {', '.join(f'{each}' for each in setting if each != '')}")
-            )
+            parts = ", ".join(said(each) for each in setting if each != "")
+            console.print(escape_control_chars(f"only in {name}: {parts}"))
         if len(only) > _LISTED:
             console.print(f"only in {name}: {len(only) - _LISTED} more cells")

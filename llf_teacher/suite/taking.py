@@ -113,7 +113,7 @@ def _unable(spec: str, id: str) -> str:
     """Why a student cannot play here; empty if it can, or if only playing shows it."""
     student, place = parse_student(spec), entry(id)
     why = place.family.missing()
-    if student.draws_worlds and not why:
+    if (student.draws_worlds or student.needs_discrete) and not why:
         try:
             student.seat(place.family, place.family.make_world(**{**place.options, **OPTIONS.get(id, {})}))
         except ValueError as error:

@@ -440,3 +440,9 @@ def test_sentences_of_a_caption_are_apart(tmp_path):
     planted = replace(planted_study("better"), labels=one(OWN, "mix", evidence=""), means=means, noise=1.2)
     _, html = written(tmp_path, planted, seeds=12)
     assert "how much the differences vary between seeds. 2 comparisons of 3 are not declared as primary" in html
+
+
+def test_the_manifest_shows_all_parameters_beside_a_given_name(tmp_path):
+    _, html = written(tmp_path, planted_study("better"), names={OWN: "the grudge"})
+    rows = re.findall(r'<th scope="row"><code>([^<]*)</code> <span class="quiet">called ([^<]*)<', html)
+    assert rows == [(f"{OWN}(after=2)", "the grudge")]

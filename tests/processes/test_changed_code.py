@@ -336,7 +336,7 @@ def test_the_command_line_stops_replays_or_keeps_and_marks_the_report(tmp_path, 
     assert "Played 3 episodes" in again.stderr
 
 
-def test_an_archive_has_the_code_of_its_own_and_says_what_changed_or_lacks(tmp_path, moods):
+def test_an_archive_has_the_code_of_its_own_and_says_what_changed_or_lacks(tmp_path, moods, monkeypatch):
     file = tmp_path / "mine.toml"
     file.write_text(FILE.format(1))
     (tmp_path / "pack").mkdir()
@@ -360,6 +360,7 @@ def test_an_archive_has_the_code_of_its_own_and_says_what_changed_or_lacks(tmp_p
     assert all(changed in llf("study", *command, cwd=tmp_path).stderr for command in commands)
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
+    monkeypatch.setattr(sys, "path", [each for each in sys.path if not each.startswith(f"{tmp_path}")])
     lacks = llf("study", "archive", "../mine.db", "c.zip", cwd=elsewhere)
     said = "The archive lacks code of moods:Grudge: helper_moods, moods, pack, pack.words, pack.words: sad.txt."
     assert said in lacks.stderr
