@@ -8,7 +8,7 @@ from urllib.parse import unquote
 
 import numpy as np
 import pytest
-from planted import BANDIT, GRID, NO, OPEN, OWN, STUDIES, YES, Planted, one
+from planted import BANDIT, GRID, NO, OPEN, OWN, STUDIES, YES, Grudge, Planted, one
 from studying import filled
 
 from llf_teacher.studies.definition.custom_specs import teacher_spec
@@ -20,6 +20,7 @@ from llf_teacher.studies.report.page import _counted
 from llf_teacher.studies.report.parts.findings import _labels, _plots, ranked
 from llf_teacher.studies.report.plots import folded
 from llf_teacher.studies.store import Store
+from teachers.personalities.mistake import mistake
 
 WORDS = {YES: "Is this evidence of a difference? Yes", NO: "evidence of a difference? No:", OPEN: "Not decided"}
 
@@ -125,6 +126,8 @@ def test_a_file_states_its_question(tmp_path):
     assert study.compare == ((OWN, "oracle"), ("mix", "oracle"))
     spelled = replace(study, teachers=["mistake", "oracle"], compare=[["mistake(eps=0.1)", "oracle"]])
     assert spelled.compare == (("mistake", "oracle"),)
+    objects = replace(spelled, teachers=[Grudge(after=3), mistake()], compare=[[Grudge(after=3), mistake()]])
+    assert objects.compare == (("planted:Grudge(after=3)", "mistake"),)
     assert replace(spelled, compare=(), primary=[{"teacher": "mistake(eps=0.1)"}], baseline="oracle").primary == (
         {"teacher": "mistake"},
     )
@@ -145,6 +148,7 @@ def test_a_file_states_its_question(tmp_path):
         ),
         ({"compare": [["oracle"]]}, r"compare must be a list of pairs .* got \['oracle'\] among them"),
         ({"compare": [["oracle", "silent"]]}, "compare: unknown teacher 'silent'"),
+        ({"compare": [["oracle", {}]]}, "compare: unknown teacher {}"),
         ({"compare": [["oracle", "oracle"]]}, "compare: a teacher cannot be compared with itself, got 'oracle' twice"),
         (
             {"compare": [["mix", "oracle"], ["oracle", "mix"]]},
