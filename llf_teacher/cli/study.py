@@ -188,8 +188,8 @@ def report(
 ) -> None:
     """Write the report of a study from the episodes in its store, also while the study runs or after it stopped."""
     from llf_teacher.studies import load
+    from llf_teacher.studies.definition.own_code import since
     from llf_teacher.studies.definition.study import load_study
-    from llf_teacher.studies.execution.changes import since
     from llf_teacher.studies.report import check_writable, write_report
     from llf_teacher.studies.store import Store
     from llf_teacher.studies.store.targets import check_report, name_of
@@ -208,7 +208,7 @@ def report(
 def check(file: Annotated[Path, typer.Argument(help="Store of a study.", exists=True, dir_okay=False)]) -> None:
     """Check that a store is complete and unchanged. Damage is printed, and the exit status is 1."""
     from llf_teacher.studies.definition.fingerprints import mixed, mixed_words
-    from llf_teacher.studies.execution.changes import since, unseen
+    from llf_teacher.studies.definition.own_code import since, unseen
     from llf_teacher.studies.store import Store
 
     with Store(file, read_only=True) as store:

@@ -77,7 +77,8 @@ def suite(
         return
     if student is None:
         raise typer.BadParameter("give --student SPEC, such as --student obedient, or check or compare")
-    from llf_teacher.studies.execution.changes import choice_of, unseen
+    from llf_teacher.studies.definition.own_code import unseen
+    from llf_teacher.studies.execution.changes import choice_of
     from llf_teacher.studies.execution.progress import StudyProgress
     from llf_teacher.studies.execution.runner import StudyError
     from llf_teacher.suite import take

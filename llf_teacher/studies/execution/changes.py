@@ -6,15 +6,14 @@ and of each family's rules with those of stored episodes that only differ in the
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.registry import entry
-from llf_teacher.studies.definition.fingerprints import MAIN, Fingerprint, differing, fingerprints
+from llf_teacher.studies.definition.fingerprints import Fingerprint, differing, fingerprints
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.store import Store, StoreError
-from teachers.words import listed
 
 STOP, REPLAY, KEEP = "stop", "replay", "keep"
 CHOICES = (STOP, REPLAY, KEEP)
@@ -120,44 +119,6 @@ def _other_versions(study: Study, store: Store) -> dict[str, list[tuple[str, str
         if id in ids and (version, rules) != study.versions[ids[id]]:
             found.setdefault(ids[id], []).append((version, rules))
     return {family: list(dict.fromkeys(each)) for family, each in found.items()}
-
-
-def since(code: Mapping[str, Mapping[str, str]]) -> list[str]:
-    """How users' own code differs here from that of a store's last run, in words.
-
-    Code that is not found here, and what a notebook or a script defined itself, is left out.
-
-    Args:
-        code: the entry `code` of the store's manifest.
-    """
-    now = fingerprints(name for name, before in code.items() if not any(map(_is_main, before)))
-    found = {name: words for name, each in now.items() if (words := differing(each.modules, code[name]))}
-    return [
-        f"{listed(names, 'and')} {'has' if len(names) == 1 else 'have'} changed since this study was last run "
-        f"({words}); its results are those of the code before."
-        for words, names in alike(found).items()
-    ]
-
-
-def alike(found: Mapping[str, str]) -> dict[str, list[str]]:
-    """The keys of each value."""
-    names: dict[str, list[str]] = {}
-    for name, words in found.items():
-        names.setdefault(words, []).append(name)
-    return names
-
-
-def _is_main(module: str) -> bool:
-    return module.partition(":")[0] == MAIN
-
-
-def unseen(names: Iterable[str]) -> list[str]:
-    """What is not compared of users' own code, in words."""
-    found = {name: ", ".join(each.unseen) for name, each in fingerprints(names).items() if each.unseen}
-    return [
-        f"Of {listed(specs, 'and')}, a run does not compare {words}: if that has changed, give another --store."
-        for words, specs in alike(found).items()
-    ]
 
 
 def choice_of(replay: bool, keep: bool) -> str:

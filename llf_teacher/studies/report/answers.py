@@ -8,7 +8,7 @@ from llf_teacher.studies.analysis.scores import pairs
 from llf_teacher.studies.analysis.statistics import Estimate, p_words
 from llf_teacher.studies.definition.stored_specs import is_own, teacher_of
 from llf_teacher.studies.report.data import Data
-from llf_teacher.studies.report.said import episode_counts
+from llf_teacher.studies.report.said import ClaimCounts, episode_counts
 from teachers.words import listed, type_words
 
 MOST = 3
@@ -146,16 +146,17 @@ def _said(data: Data, each: Primary) -> str:
     """What both teachers said an episode, in the families in which it differs much; empty if one of them is mute."""
     if teacher_of(each.compared.teacher).mute or teacher_of(each.compared.other).mute:
         return ""
-    both = [
-        (group.family, *(episode_counts(data, name, each.compared, group.family) for name in each.compared[::4]))
+    counts = {
+        group.family: [episode_counts(data, name, each.compared, group.family) for name in each.compared[::4]]
         for group in each.families
-    ]
+    }
     parts = []
-    for place, label in enumerate(("distorted", "truthful")):
+    for place, label in enumerate(ClaimCounts._fields):
+        both = {family: (one[place], other[place]) for family, (one, other) in counts.items()}
         where = [
-            f"{number(one[place], 1)} against {number(other[place], 1)} in {family}"
-            for family, one, other in both
-            if _unlike(one[place], other[place])
+            f"{number(one, 1)} against {number(other, 1)} in {family}"
+            for family, (one, other) in both.items()
+            if _unlike(one, other)
         ]
         parts += [f"{label} claims {', '.join(where)}"] * bool(where)
     return f" Said in an episode: {'; '.join(parts)}." if parts else ""
