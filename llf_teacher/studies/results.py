@@ -18,6 +18,7 @@ from llf_teacher.studies.execution import runner
 from llf_teacher.studies.store import Store, StoreError
 from llf_teacher.studies.store.targets import check_target
 from teachers.atoms import Label
+from teachers.words import kind_word
 from worlds.extras import pip_install
 
 if TYPE_CHECKING:
@@ -114,7 +115,8 @@ class Results:
                 lines.append(f"[{turn['turn']}] student: {did}  (reward {turn['reward']:g})")
             lines += [f"    sees: {line}" for line in turn["observation"].splitlines()]
             lines += [
-                f"    teacher, {a['kind'] or 'brief'}{_MARKS.get(a['label'], '')}: {a['text']}" for a in turn["atoms"]
+                f"    teacher, {kind_word(a['kind'], not turn['turn'])}{_MARKS.get(a['label'], '')}: {a['text']}"
+                for a in turn["atoms"]
             ]
         return "\n".join(lines)
 

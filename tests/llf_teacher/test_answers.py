@@ -204,7 +204,7 @@ def said(tmp_path, means, changes=None, noise=0.05, **planted):
 def test_a_comparison_with_evidence_of_no_difference_is_not_open(tmp_path):
     first, test, last = said(tmp_path, {OWN: 5.0, "mix": 5.0}, {"seeds": 40})
     assert "No: the data exclude" in first
-    assert "in 0 and significantly worse in 0; 1 has evidence of no difference; 0 are open." in test
+    assert "in 0 and significantly worse in 0; 1 has evidence of no difference; 0 are not decided." in test
     assert last == "No primary comparison is significant.", "no more seeds are needed, and it is a proof"
 
 
