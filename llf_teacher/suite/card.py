@@ -21,6 +21,7 @@ from llf_teacher.studies.store.targets import check_target
 from llf_teacher.suite.answers import AnswerSummary
 from llf_teacher.suite.experiment import all_experiments, asked
 from llf_teacher.suite.score import ALPHA, Score
+from pz_envs.text.json_values import unique_keys
 from teachers.spec import unknown
 
 FORMATS = {".json": "as_json", ".md": "as_markdown", ".svg": "as_svg", ".html": "as_html"}
@@ -251,7 +252,7 @@ class Card:
             CardError: the file is not a card, or was changed.
         """
         try:
-            values = json.loads(Path(path).read_text(encoding="utf-8-sig"))
+            values = json.loads(Path(path).read_text(encoding="utf-8-sig"), object_pairs_hook=unique_keys)
             if not isinstance(values, dict) or "checksum" not in values:
                 raise ValueError("it has no checksum")
             if values.pop("checksum") != checksum(values):

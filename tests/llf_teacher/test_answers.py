@@ -8,7 +8,7 @@ from urllib.parse import unquote
 
 import numpy as np
 import pytest
-from planted import BANDIT, GRID, NO, OPEN, OWN, STUDIES, YES, Planted, one
+from planted import BANDIT, GRID, NO, OPEN, OWN, STUDIES, YES, Grudge, Planted, one
 from studying import filled
 
 from llf_teacher.studies.definition.custom_specs import teacher_spec
@@ -16,7 +16,9 @@ from llf_teacher.studies.definition.study import Study, load_study, to_toml
 from llf_teacher.studies.report import findings, render
 from llf_teacher.studies.report.answers import answers
 from llf_teacher.studies.report.data import read
+from llf_teacher.studies.report.plots import folded
 from llf_teacher.studies.store import Store
+from teachers.personalities.mistake import mistake
 
 WORDS = {YES: "Is this evidence of a difference? Yes", NO: "evidence of a difference? No:", OPEN: "Not decided"}
 
@@ -122,6 +124,8 @@ def test_a_file_states_its_question(tmp_path):
     assert study.compare == ((OWN, "oracle"), ("mix", "oracle"))
     spelled = replace(study, teachers=["mistake", "oracle"], compare=[["mistake(eps=0.1)", "oracle"]])
     assert spelled.compare == (("mistake", "oracle"),)
+    objects = replace(spelled, teachers=[Grudge(after=3), mistake()], compare=[[Grudge(after=3), mistake()]])
+    assert objects.compare == (("planted:Grudge(after=3)", "mistake"),)
     assert replace(spelled, compare=(), primary=[{"teacher": "mistake(eps=0.1)"}], baseline="oracle").primary == (
         {"teacher": "mistake"},
     )
@@ -142,6 +146,7 @@ def test_a_file_states_its_question(tmp_path):
         ),
         ({"compare": [["oracle"]]}, r"compare must be a list of pairs .* got \['oracle'\] among them"),
         ({"compare": [["oracle", "silent"]]}, "compare: unknown teacher 'silent'"),
+        ({"compare": [["oracle", {}]]}, "compare: unknown teacher {}"),
         ({"compare": [["oracle", "oracle"]]}, "compare: a teacher cannot be compared with itself, got 'oracle' twice"),
         (
             {"compare": [["mix", "oracle"], ["oracle", "mix"]]},
@@ -328,3 +333,8 @@ def test_a_student_looks_the_same_in_both_figures_and_rows_say_against_whom(tmp_
             assert re.findall(r">(obedient|text_only)<", figure)[:2] == ["obedient", "text_only"]
         assert not re.search("(against|with) (<code>)?silent", html[start:end]), "the study does not have it"
         assert ("against mix, or the teacher that is named: above 0" in html[start:end]) == (baseline == "mix")
+
+
+def test_a_long_label_breaks_between_kinds():
+    assert folded("only(kinds='reward+praise+blame')") == "only(kinds='reward+praise+\nblame')"
+    assert folded("mistake(eps=0.3) against delayed(turns=2)") == "mistake(eps=0.3) against\ndelayed(turns=2)"

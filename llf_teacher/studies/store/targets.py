@@ -9,12 +9,10 @@ from pathlib import Path
 from llf_teacher.studies.store import Store
 
 _SQLITE = b"SQLite format 3\0"
-_BEGINS = {
-    "the report": (b"<!doctype html", "an HTML page"),
-    "the comparison": (b"<!doctype html", "an HTML page"),
-    "the archive": (b"pk", "a zip file"),
-}
-"""How a file begins that such a file may replace, and what it is: no program, and no note, is replaced by accident."""
+_PAGE = (".html", b"<!doctype html", "an HTML page")
+_KINDS = {"the report": _PAGE, "the comparison": _PAGE, "the archive": (".zip", b"pk", "a zip file")}
+"""The files that such a file may replace: how their names end, or how they begin, and what they are. No program and no
+note is replaced by accident."""
 _HEAD = 4096  # characters or bytes of a file that say what it is, of a report also its study's name
 _NAME = re.compile(r'<meta name="study" content="([^"]*)">')
 
@@ -38,10 +36,10 @@ def check_target(path: Path, what: str, kept: Iterable[Path] = ()) -> None:
     elif path.is_file():
         with path.open("rb") as file:
             head = file.read(_HEAD)
-        begins, kind = _BEGINS.get(what, (b"", ""))
+        end, begins, kind = _KINDS.get(what, ("", b"", ""))
         if head.startswith(_SQLITE):
             found = "an SQLite file, such as a store"
-        elif head and not head.lstrip().lower().startswith(begins):
+        elif head and not (path.name.lower().endswith(end) or head.lstrip().lower().startswith(begins)):
             found = f"a file that is not {kind}"
     if found:
         raise ValueError(f"cannot write {what} to {path}: it is {found}, which is not replaced; give another file")
