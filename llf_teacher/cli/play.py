@@ -17,7 +17,7 @@ from llf_teacher.cli import complete_id, complete_student, complete_teacher, hel
 from llf_teacher.escaping import escape_control_chars
 from llf_teacher.models.asked import lines_of
 from llf_teacher.models.replies import LENGTH
-from llf_teacher.speakers.speaker import FAULTS
+from llf_teacher.speakers.speaker import EMPTY, FAULTS
 from llf_teacher.theme.turns import prepare_turns
 from pz_envs.seats import STUDENT, TEACHER
 from teachers.atoms import KINDS, ParseFailure
@@ -316,9 +316,18 @@ def _show_turn(console: Console, row: "TurnRow", family: str, prompts: bool) -> 
     if row.reply and faults:
         lead = Text(f"teacher's model ({', '.join(faults)}): ", "red")
         _put_beside(console, lead, Text(escape_control_chars(row.reply["answer"] or "(nothing)"), "dim"))
-    for why in row.problems or ():
+    for why in [*_unread(row), *(row.problems or ())]:
         _put_beside(console, Text("  not made: ", "red"), Text(escape_control_chars(why)))
     console.print()
+
+
+def _unread(row: "TurnRow") -> "Iterable[str]":
+    """What is wrong with an answer of the teacher's model in words, which were not asked for."""
+    from pz_envs.text.json_values import find_message
+
+    reply = row.reply or {}
+    if {*reply.get("faults", ())} == {EMPTY} and reply["answer"] and find_message(reply["answer"]) is None:
+        yield 'an answer must be a JSON object, as in {"claims": [...]}; got words'
 
 
 def _sentences(turn: dict[str, Any]) -> list[tuple[Any, str, VerdictWord | None]]:

@@ -21,7 +21,7 @@ CUT, EMPTY, REPEATS = "cut", "empty", "repeats"
 words in place of JSON; it repeats what the student sees."""
 FAULTS = {
     CUT: "cut at max_tokens",
-    EMPTY: "holding nothing to say: no JSON with claims, or no words",
+    EMPTY: "without a claim, or words, to say",
     REPEATS: "repeating what the student sees",
 }
 """The faults in words."""
