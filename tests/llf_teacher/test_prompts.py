@@ -22,13 +22,13 @@ TURNS = 5
 
 
 def model():
-    """Says claims as the teacher; as the student goes north and west in turns, and its third answer is no action."""
+    """Says the advice that it is shown, as the teacher; as the student goes north and west in turns, and its third answer is no action."""
     asked = []
 
     def answer(request):
         system, last = request["messages"][0]["content"], request["messages"][-1]["content"]
         if system.startswith("You teach"):
-            return '{"claims": [{"type": "Go", "action": "west"}]}'
+            return json.dumps({"claims": [json.loads(line) for line in last.splitlines() if '"Go"' in line]})
         asked.append(request)
         action = ("north", "west")[len(asked) % 2]
         if len(asked) == 3:
