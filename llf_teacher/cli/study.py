@@ -77,6 +77,7 @@ def add_to(app: typer.Typer) -> None:
     group.command("export")(export)
     group.command("power")(power)
     group.command("merge")(merge)
+    group.command("rescue")(rescue)
     commands.add_to(group)
     app.add_typer(group, name="study")
 
@@ -214,7 +215,7 @@ def check(file: Annotated[Path, typer.Argument(help="Store of a study.", exists=
         if found:
             raise typer.Exit(1)
         typer.echo(f"{store.count} episodes, all as they were written.")
-        for name, numbers in mixed(store.definitions(), store.coded()).items():
+        for name, numbers in mixed(store.definitions(), store.coded(), store.manifest().get("code", {})).items():
             errors.print(escape_control_chars(f"warning: {mixed_words(name, numbers)}"))
 
 
@@ -346,6 +347,18 @@ def merge(
         task = progress.add_task("episodes", total=None)
         number = merging.merge(into, parts, lambda done, total: progress.update(task, completed=done, total=total))
     typer.echo(f"{number} episodes, stored in {into}.")
+
+
+def rescue(
+    store: Annotated[Path, typer.Argument(help="Damaged store; it is not changed.", exists=True, dir_okay=False)],
+    into: Annotated[Path, typer.Argument(help="Store to write, which must not exist.")],
+) -> None:
+    """Copy the whole episodes of a damaged store to a new one; `llf study run` with --store plays the others again."""
+    from llf_teacher.studies.store import merging
+
+    number, written = merging.rescue(store, into)
+    of = "an unknown number of" if written is None else f"{written}"
+    typer.echo(f"{number} of {of} episodes, stored in {into}; `llf study run FILE --store {into}` plays the others.")
 
 
 class _Terminated(KeyboardInterrupt):

@@ -21,6 +21,7 @@ from llf_teacher.studies.store.targets import check_target
 from llf_teacher.suite.answers import AnswerSummary
 from llf_teacher.suite.experiment import all_experiments, asked
 from llf_teacher.suite.score import ALPHA, Score
+from pz_envs.text.json_values import unique_keys
 from teachers.spec import unknown
 
 FORMATS = {".json": "as_json", ".md": "as_markdown", ".svg": "as_svg", ".html": "as_html"}
@@ -186,7 +187,7 @@ class Card:
         After the first comes a sentence for each ability with different results beside placebo and silence. Abilities
         in whose lessons many answers failed are not called missing; a sentence has them, and one what was answered.
         """
-        several = [f"Not one result: {words}." for words in self.mixed.values()]
+        several = [f"{words}." for words in self.mixed.values()]
         return several + self._findings()
 
     def _findings(self) -> list[str]:
@@ -245,7 +246,7 @@ class Card:
             CardError: the file is not a card, or was changed.
         """
         try:
-            values = json.loads(Path(path).read_text(encoding="utf-8-sig"))
+            values = json.loads(Path(path).read_text(encoding="utf-8-sig"), object_pairs_hook=unique_keys)
             if not isinstance(values, dict) or "checksum" not in values:
                 raise ValueError("it has no checksum")
             if values.pop("checksum") != checksum(values):

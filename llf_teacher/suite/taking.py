@@ -208,7 +208,9 @@ def take(
     with load(store) as results:
         form = _form_of(spec)
         played = (({row["teacher"], row["student"]}, row["revision"], 1) for row in rows)
-        several = {name: mixed_words(name, numbers) for name, numbers in mixed(results.definitions, played).items()}
+        newest = results.manifest.get("code", {})
+        found = mixed(results.definitions, played, newest)
+        several = {name: mixed_words(name, numbers) for name, numbers in found.items()}
         answers = {name: answers_of(each, spec, rows, seeds, results, form) for name, each in experiments.items()}
     settings = {"suite": VERSION, "digest": digest(), "key": key, "quick": quick, "left_out": left_out}
     return Card.of(spec, experiments, scores, rows, lost, answers, mixed=several, **settings)

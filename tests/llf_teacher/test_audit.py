@@ -230,6 +230,9 @@ def test_an_answer_that_leaks():
     ("spec", "reveals"),
     [
         ("ruler | worked_example(n=3)", True),
+        ("ruler | partial(worlds=256)", True),
+        ("partial(worlds=256) | ruler", False),
+        ("placebo | misaligned", True),
         ("worked_example(n=3) | ruler", False),
         ("verification | delayed(turns=1)", False),
         ("verification | mix | worked_example | only(kinds='r')", False),

@@ -299,6 +299,11 @@ def test_a_card_with_a_byte_order_mark_is_read_and_one_without_a_checksum_is_not
     (tmp_path / "card.json").write_text(text.replace('"checksum"', '"sum"'))
     with pytest.raises(CardError, match="it has no checksum"):
         Card.load(tmp_path / "card.json")
+    twice = text.replace('"student"', '"student": "perfect", "student"', 1)  # the checksum is that of the last one
+    assert json.loads(twice) == json.loads(text)
+    (tmp_path / "card.json").write_text(twice)
+    with pytest.raises(CardError, match="each key must occur once"):
+        Card.load(tmp_path / "card.json")
 
 
 def test_a_file_for_the_card_is_checked_before_the_suite_is_played(tmp_path):
