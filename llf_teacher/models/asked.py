@@ -58,7 +58,7 @@ def lines_of(asked: Asked) -> Iterator[tuple[str, str]]:
     """Each message as its role and its text, and at last the form of the answer."""
     for message in asked["messages"]:
         content, calls = message.get("content"), message.get("tool_calls")
-        parts = content if isinstance(content, list) else [{"text": content or ""}]
+        parts: list[Any] = content if isinstance(content, list) else [{"text": content or ""}]
         texts = [part["text"] if "text" in part else f"[image {part['image_url']['url']}]" for part in parts]
         called = [f"{call['function']['name']}({call['function']['arguments']})" for call in calls or ()]
         yield f"{message['role']}", "\n".join(called or texts)

@@ -4,10 +4,12 @@ import json
 
 import pytest
 from commands import llf
+from pyarrow import parquet
 from typer.testing import CliRunner
 
 from llf_teacher.cli import app
 from llf_teacher.episodes.record import ASKED, pack_turns, unpack_turns
+from llf_teacher.models.asked import as_asked, lines_of
 from llf_teacher.models.testing import ScriptedEndpoint
 from llf_teacher.studies import Results
 from llf_teacher.studies.analysis.costs import cost_lines
@@ -74,6 +76,22 @@ def test_a_record_has_what_was_sent(played):
     field = {"json": "response_format", "tool": "tools", "text": "stop"}[form]
     assert [turn["asked"]["fields"][field] for turn in turns[1:]] == [each[field] for each in sent(server, "s")]
     assert unpack_turns(pack_turns(record.turns)) == turns
+
+
+def test_a_table_of_turns_may_have_a_teaching_model(played, tmp_path):
+    path, record, *_ = played
+    with Results(path) as results:
+        assert results.export(tmp_path / "turns.parquet", "turns") == TURNS + 1
+    rows = parquet.read_table(tmp_path / "turns.parquet").to_pylist()
+    assert [json.loads(row["reply"] or "null") for row in rows] == [turn.reply for turn in record.turns]
+
+
+def test_images_are_kept_as_digests():
+    image = {"type": "image_url", "image_url": {"url": "data:image/png;base64,AAAA"}}
+    asked = as_asked([{"role": "user", "content": [{"type": "text", "text": "Your action?"}, image]}])
+    assert "AAAA" not in json.dumps(asked)
+    ((role, text), _) = lines_of(asked)
+    assert (role, text.partition("sha256:")[0]) == ("user", "Your action?\n[image ")
 
 
 def test_a_transcript_shows_it(played):
