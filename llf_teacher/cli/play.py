@@ -63,7 +63,7 @@ def add_to(app: typer.Typer) -> None:
     app.command("play")(play)
 
 
-@help_shows("seat", "teacher", "student", "seed", "max_turns", "prompts")
+@help_shows("seat", "teacher", "student", "seed", "prompts")
 def play(
     id: Annotated[str, typer.Argument(help="Environment, as `llf list` shows it.", autocompletion=complete_id)],
     seat: Annotated[

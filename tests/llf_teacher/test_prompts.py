@@ -24,7 +24,7 @@ TURNS = 5
 
 
 def model():
-    """Says the advice that it is shown, as the teacher; as the student goes north and west in turns, and its third answer is no action."""
+    """As the teacher says the advice that it is shown; as the student walks, and its third answer is no action."""
     asked = []
 
     def answer(request):
