@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from llf_teacher.studies.analysis.diff import Comparison, Contrast
     from llf_teacher.studies.store import Store
 
-_LISTED = 10  # greatest number of named cells of one store only
+_LISTED = 10  # greatest number of named combinations of one store only
 
 File = Annotated[Path, typer.Argument(help="Store of a study.", exists=True, dir_okay=False)]
 
@@ -38,14 +38,22 @@ def add_to(group: typer.Typer) -> None:
 def transcript(
     store: File,
     key: Annotated[
-        str, typer.Argument(help="The episode's key, as in reports and `llf study export`, or how it begins.")
-    ],
+        str | None,
+        typer.Argument(
+            help="The episode's key, as in reports and `llf study export`, or how it begins; without it, the only "
+            "episode, or a list of the first keys."
+        ),
+    ] = None,
+    prompts: Annotated[
+        bool,
+        typer.Option("--prompts", help="Show what each model was asked: all messages as sent, and the answer's form."),
+    ] = False,
 ) -> None:
-    """Print an episode turn by turn: observations, feedback and actions; `!` marks a false claim."""
+    """Print an episode turn by turn: observations, feedback and actions; `!` marks a false claim, `~` a hedged one."""
     from llf_teacher.studies import load
 
     with load(store) as results:
-        typer.echo(escape_control_chars(results.transcript(key)))
+        typer.echo(escape_control_chars(results.transcript(key or results.only_key(), prompts=prompts)))
 
 
 def figures(
@@ -77,7 +85,7 @@ def diff(
     second: File,
     html: Annotated[Path | None, typer.Option("--html", help="Write what is printed as a page, too.")] = None,
 ) -> None:
-    """Compare two stores: the second one's cumulative regret minus the first one's, and the cells of one store only."""
+    """Compare two stores: the second one's cumulative regret minus the first one's, and what only one store has."""
     from llf_teacher.studies.analysis.diff import compare
     from llf_teacher.studies.store import Store
     from llf_teacher.studies.store.targets import check_target
@@ -95,7 +103,7 @@ def diff(
 
 
 def _numbers(change: "Contrast") -> tuple[str, ...]:
-    """The printed row of a common cell."""
+    """The printed row of a common combination."""
     regret = change.regret
     return (
         f"{regret.n}{'' if change.paired else '*'}",
@@ -127,7 +135,8 @@ def _show(found: "Comparison", names: tuple[str, str], console: Console, called:
     changed = [change for change in found.changes if not change.equal]
     same = len(found.changes) - len(changed)
     console.print(
-        f"{len(found.changes)} cells in both: {same} with the same episodes and ends, {len(changed)} without."
+        f"{len(found.changes)} combinations of environment, teacher and student in both: {same} with equal results, "
+        f"{len(changed)} without."
     )
     shown = [i for i in range(len(FIELDS)) if i < 3 or len({change.setting[i] for change in changed}) > 1]
     if changed:
@@ -143,4 +152,4 @@ def _show(found: "Comparison", names: tuple[str, str], console: Console, called:
             parts = ", ".join(said(each) for each in setting if each != "")
             console.print(escape_control_chars(f"only in {name}: {parts}"))
         if len(only) > _LISTED:
-            console.print(f"only in {name}: {len(only) - _LISTED} more cells")
+            console.print(f"only in {name}: {len(only) - _LISTED} more")

@@ -27,9 +27,10 @@ from teachers.spec import unknown
 FORMATS = {".json": "as_json", ".md": "as_markdown", ".svg": "as_svg", ".html": "as_html"}
 """The methods that make a card's text, by the suffix of its file."""
 FINDS = (
-    "p: that there is no difference, after Holm's method; of a loss: a small p speaks against the ability; finds: the "
-    "least contrast, in the unit of the scores, that the test finds with a power of 0.8; beside silence: the contrast "
-    "with a silent teacher, in the same unit."
+    "score: 0 is none of the ability, 1 as much as the scripted student that it is compared with; p: how probable so "
+    "great a difference is by chance, after Holm's method; of a loss: a small p speaks against the ability; detects: "
+    "the smallest score that the test finds in 8 of 10 cards; against silence: the same score with a silent teacher "
+    "in place of useless words."
 )
 """The explanations of columns by name."""
 HEARD = 0.8
@@ -73,7 +74,7 @@ class AbilityLine(Score):
     def did(self) -> str:
         """What the student did, in a sentence of plain words."""
         reference = all_experiments()[self.name].reference if self.asked else ""
-        other = next((words for spec, words in _WELL.items() if reference.startswith(spec)), "the reference")
+        other = next((words for spec, words in _WELL.items() if reference.startswith(spec)), "the scripted student")
         if self.score is None:
             return f"This could not be measured: {self.why}."
         spared = f"the teacher spared it {self.score:.0%} of the loss that it spares {other}"
@@ -84,15 +85,17 @@ class AbilityLine(Score):
                 return "It did as well as without this: it lost nothing that chance does not explain."
             if self.p is not None and self.p < ALPHA and self.score < 1:
                 return f"It lost by this, {1 - self.score:.0%} of what it costs {other}."
-            return "Whether it lost by this is open: chance explains the difference, but more worlds may show one."
+            return (
+                "Whether it lost by this is not decided: chance explains the difference, but more worlds may show one."
+            )
         if self.note:
             return f"Whether it {self.ability} was not shown: it {self.note}."
         if self.above:
             return f"It {'did' if self.score >= HEARD else 'did in part'}: {spared}."
-        low = " Its answers failed so often that this need not be deafness." * self.answers.failed
+        low = " Its answers failed so often that this says little about what it understood." * self.answers.failed
         if self.high is not None and self.high < HEARD / 2:
             return f"It did not: {spared}, no more than chance explains.{low}"
-        return f"This is open: {spared}, and chance explains as much.{low}"
+        return f"This is not decided: {spared}, and chance explains as much.{low}"
 
     @property
     def measured(self) -> str:
@@ -104,13 +107,13 @@ class AbilityLine(Score):
         """The explanation if the student gains over only one of placebo and silence; otherwise empty."""
         if self.silence is None or self.above == self.silence.above:
             return ""
-        worse, other = ("with the placebo", "in silence") if self.above else ("in silence", "with the placebo")
+        worse, other = ("with useless words", "in silence") if self.above else ("in silence", "with useless words")
         costs_less = (self.silence.score or 0) > (self.score or 0)  # the placebo costs less than silence
         if self.moments_p is None or self.moments_p >= ALPHA or self.above == costs_less:
             return f"does better than {worse}, but not significantly better than {other}"
         if self.above:
-            return "is harmed by the placebo rather than helped by the teacher"
-        return "does better with the placebo's moments than in silence: it learns from when the teacher speaks"
+            return "is harmed by useless words rather than helped by the teacher"
+        return "does better with useless words than in silence: it learns from when the teacher speaks"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -198,7 +201,7 @@ class Card:
         shown = [each for each in plain if (each.above if each.alike is None else each.alike)]
         # equal regret is weaker evidence: unheard lessons also have equal regret
         best = min(shown, key=lambda each: (each.alike is not None, -(each.low or 0)), default=None)
-        none = "No ability differs significantly from none."
+        none = "No ability was shown significantly."
         in_part = " in part" * (best is not None and (best.score or 0) < 0.5)
         said = [f"The student {best.ability}{in_part}: {best.words}." if best else none]
         said += [f"Whether it {each.ability} was not shown: it {each.note}." for each in noted]
@@ -207,12 +210,12 @@ class Card:
         weak = "; ".join(f"{each.ability} ({each.words})" for each in lacking[:3])
         if weak:
             more = f"; and {len(lacking) - 3} more" * (len(lacking) > 3)
-            said.append(f"Less than half of what the reference has: {weak}{more}.")
+            said.append(f"Less than half as much as the scripted student: {weak}{more}.")
         elif not noted and not any(each.answers.failed for each in plain):
-            said.append("No interval lies below half of what the reference has.")
+            said.append("In no ability does the interval lie below half of the scripted student's score.")
         said += self._failed()
         names = "; ".join(each.ability for each in self.lines if each.score is None)
-        said.append(f"Not measured: {names}." if names else f"All {len(measured)} were measured.")
+        said.append(f"Not measured: {names}." if names else "Everything asked was measured.")
         return said + self._not_asked()
 
     def _failed(self) -> list[str]:
@@ -222,7 +225,10 @@ class Card:
             return []
         counts = "; ".join(f"{e.ability} (of {e.answers.turns} {', '.join(e.answers.faults)})" for e in failed)
         worst = max(failed, key=lambda each: each.answers.no_action / each.answers.turns).answers
-        return [f"Answers failed, so that a low score need not be deafness: {counts}.", worst.sample]
+        return [
+            f"Many answers failed, so that a low score says little about what it understood: {counts}.",
+            worst.sample,
+        ]
 
     def _not_asked(self) -> list[str]:
         """What the card does not say."""
@@ -230,7 +236,7 @@ class Card:
         there = {each.name for each in self.lines} | {*self.left_out}
         rest = "; ".join(each.ability for name, each in all_experiments().items() if name not in there)
         if self.quick and rest:
-            said.append(f"The quick suite cannot judge, and the whole one asks, whether it {rest}.")
+            said.append(f"Only the whole suite asks whether it {rest}.")
         return said
 
     def as_json(self) -> str:
@@ -259,7 +265,7 @@ class Card:
 
     def table(self) -> list[list[str]]:
         """The lines as text, below a line of heads; columns about silence are omitted when empty."""
-        rows = [["ability", "score", "p", "finds", "beside silence", "by environment"]]
+        rows = [["ability", "score", "p", "detects", "against silence", "by environment"]]
         for each in self.lines:
             places = ", ".join(f"{place} {value:.2f}" for place, value in each.places.items())
             silence = f"{each.silence.words}, p {each.silence.chance}" if each.silence else ""
@@ -298,7 +304,7 @@ class Card:
 
         from llf_teacher.studies.report.plots import STYLE, Pane, panel_plot
 
-        file, dots, scale = io.StringIO(), {}, "0: none of it, 1: as the reference"
+        file, dots, scale = io.StringIO(), {}, "0: none of it, 1: as the scripted student"
         unsure = {True: " (not measured)", False: " (no interval)"}
         rows = [f"{each.ability}{unsure[each.score is None] * (each.low is None)}" for each in self.lines]
         for row, each in zip(rows, self.lines, strict=True):
@@ -341,7 +347,7 @@ def _told(line: AbilityLine) -> list[str]:
         return parts
     fence = "`" * max(3, 1 + max(map(len, re.findall("`+", answers.transcript)), default=0))
     lesson = [
-        "<details><summary>A lesson, turn by turn</summary>",
+        "<details><summary>An episode, turn by turn</summary>",
         "",
         fence,
         answers.transcript,

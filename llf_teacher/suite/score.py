@@ -50,11 +50,11 @@ class Arms(NamedTuple):
         if len(self.better) < LEAST:
             return f"{len(self.better)} seeds are too few; at least {LEAST} are needed"
         if not _positive(self.unit_worse - self.unit_better):
-            return "the reference saves nothing for certain"
+            return "not even the scripted student certainly gains here"
         if margin is not None and self.silent is not None and not _positive(self.silent - self.better):
-            return "the teacher saves it nothing for certain, so that nothing can be lost"
+            return "it does not certainly gain by the teacher, so that nothing can be lost"
         if margin is None and self.worse.mean() < CEILING * self.unit_worse.mean():
-            return "without help there is nothing left to save"
+            return "it does well without help, so that there is nothing to gain"
         return ""
 
 

@@ -211,7 +211,7 @@ def said(tmp_path, means, changes=None, noise=0.05, **planted):
 def test_a_comparison_with_evidence_of_no_difference_is_not_open(tmp_path):
     first, test, last = said(tmp_path, {OWN: 5.0, "mix": 5.0}, {"seeds": 40})
     assert "No: the data exclude" in first
-    assert "in 0 and significantly worse in 0; 1 has evidence of no difference; 0 are open." in test
+    assert "in 0 and significantly worse in 0; 1 has evidence of no difference; 0 are not decided." in test
     assert last == "No primary comparison is significant.", "no more seeds are needed, and it is a proof"
 
 
@@ -361,7 +361,7 @@ def test_an_answer_says_where_one_side_said_nothing_of_its_kind(tmp_path):
         (answer,) = answers(data)
         html = render(store, study)
     assert answer.text.endswith(
-        " Said in an episode: distorted claims 0.0 against 6.0 in gridworld; truthful claims 30.0 against 3.0 in "
+        " Said in an episode: false claims 0.0 against 6.0 in gridworld; true and timely claims 30.0 against 3.0 in "
         "bandits."
     )
     table = html[html.index('<section id="accounting"') :]
@@ -385,8 +385,8 @@ def test_equal_words_are_no_surprise(tmp_path, truthful, surprising):
     counts = {(OWN, GRID): (1, truthful[0]), ("mix", GRID): (1, truthful[1])}
     with Store(filled(tmp_path / "s.db", with_claims(planted.records(study), counts))) as store:
         texts = " ".join(findings(read(store, study)))
-    assert ("Largest surprise" in texts) == surprising
-    assert ("No surprise" in texts) == (not surprising)
+    assert ("Largest contradiction" in texts) == surprising
+    assert ("No contradiction" in texts) == (not surprising)
 
 
 def test_evidence_without_an_interval_names_its_test(tmp_path):
@@ -443,7 +443,7 @@ def test_sentences_of_a_caption_are_apart(tmp_path):
     means = {OWN: 0.5, "mix": 4.0, "silent": 5.0}
     planted = replace(planted_study("better"), labels=one(OWN, "mix", evidence=""), means=means, noise=1.2)
     _, html = written(tmp_path, planted, seeds=12)
-    assert "how much the differences vary between seeds. 2 comparisons of 3 are not declared as primary" in html
+    assert "how much the differences vary between seeds. 2 comparisons of 3 are not primary" in html
 
 
 def test_the_manifest_shows_all_parameters_beside_a_given_name(tmp_path):

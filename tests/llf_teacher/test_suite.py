@@ -110,8 +110,8 @@ def test_the_interval_has_the_noise_of_the_unit():
 @pytest.mark.parametrize(
     ("given", "why"),
     [
-        (arms(5, 10, unit_worse=0.0), "the reference saves nothing"),
-        (arms(0.0, 0.5, noise=0.1), "nothing left to save"),
+        (arms(5, 10, unit_worse=0.0), "not even the scripted student certainly gains here"),
+        (arms(0.0, 0.5, noise=0.1), "nothing to gain"),
         (arms(5, 10, unread={"any": 0.6}), "60% of the answers to any were no actions"),
         (arms(5, 10, n=4), "4 seeds are too few"),
         ({"here": Arms(*np.array([[1.0, np.nan], [2, 2], [0, 0], [5, 5]]))}, "1 of 2 seeds failed or were not played"),
@@ -127,16 +127,16 @@ def test_a_place_that_cannot_be_measured_does_not_count():
     both = arms(5, 10) | {"there": arms(0, 10, unit_worse=0.0)["here"]}
     found = score(both)
     assert list(found.places) == ["here"]
-    assert "there: the reference saves nothing" in found.why
+    assert "there: not even the scripted student certainly gains here" in found.why
 
 
 @pytest.mark.parametrize(
     ("taught", "placebo", "silence", "said"),
     [
         (2, 8, 8, "The student uses blame: 0."),
-        (2, 2, 8, "it does better with the placebo's moments than in silence: it learns from when the teacher speaks."),
-        (5, 9, 5, "it is harmed by the placebo rather than helped by the teacher."),
-        (8, 8, 8, "No ability differs significantly from none."),
+        (2, 2, 8, "it does better with useless words than in silence: it learns from when the teacher speaks."),
+        (5, 9, 5, "it is harmed by useless words rather than helped by the teacher."),
+        (8, 8, 8, "No ability was shown significantly."),
     ],
 )
 def test_an_ability_is_said_of_gains_beside_placebo_and_silence_alone(taught, placebo, silence, said):
@@ -158,7 +158,7 @@ def test_gains_that_are_not_significant_beside_silence_are_said_so():
     card = Card.of(
         "it", all_experiments(), {"blame": score({"here": losses._replace(silent=noisy)})}, [], [], **SETTINGS
     )
-    assert "does better than with the placebo, but not significantly better than in silence" in card.sentences()[1]
+    assert "does better than with useless words, but not significantly better than in silence" in card.sentences()[1]
 
 
 SETTINGS = {"suite": "suite-v1", "digest": "", "key": "", "quick": False}
@@ -196,7 +196,7 @@ def test_the_reference_has_1_and_chance_has_0(store):
     assert [each.score for each in best.lines] == pytest.approx([1, 0])
     deaf = take("random", store, ["advice", "turncoat"], quick=True, workers=1)
     assert [each.score for each in deaf.lines] == [pytest.approx(0), None]
-    assert "the teacher saves it nothing for certain, so that nothing can be lost" in deaf.lines[1].why
+    assert "it does not certainly gain by the teacher, so that nothing can be lost" in deaf.lines[1].why
     assert "takes advice" in best.sentences()[0]
 
 
@@ -217,7 +217,7 @@ def test_a_believer_that_keeps_nothing_in_silence_does_not_notice_that_a_teacher
     """It loses nothing by lies, as it had nothing left of the truth."""
     card = take(Believer, store, ["advice", "turncoat"], quick=True, workers=1)
     assert card.lines[0].score > 0.9
-    assert f"{ARMS}: the teacher saves it nothing for certain" in card.lines[1].why
+    assert f"{ARMS}: it does not certainly gain by the teacher" in card.lines[1].why
     assert ARMS not in card.lines[1].places
 
 
@@ -368,7 +368,7 @@ def test_an_agent_that_raises_is_not_measured(store):
     assert re.fullmatch(r".*out of order.* \(test_suite\.py, line \d+\)", card.error)
     first, rest = card.sentences()
     assert first == "Nothing was measured."
-    assert rest.startswith("The quick suite cannot judge")
+    assert rest.startswith("Only the whole suite asks whether it ")
 
 
 class Flaky:
@@ -604,4 +604,4 @@ def test_a_low_score_is_an_ability_in_part_and_what_is_lacking_is_counted(store)
 def test_a_suite_without_a_student_says_what_to_give():
     result = CliRunner().invoke(app, ["suite"])
     assert result.exit_code == 2
-    assert "give --student SPEC" in result.output
+    assert "give --student, such as" in result.output

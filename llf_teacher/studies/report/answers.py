@@ -8,7 +8,7 @@ from llf_teacher.studies.analysis.scores import pairs
 from llf_teacher.studies.analysis.statistics import Estimate, p_words
 from llf_teacher.studies.definition.stored_specs import is_own, teacher_of
 from llf_teacher.studies.report.data import Data
-from llf_teacher.studies.report.said import ClaimCounts, episode_counts
+from llf_teacher.studies.report.said import episode_counts
 from teachers.words import listed, type_words
 
 MOST = 3
@@ -151,14 +151,14 @@ def _said(data: Data, each: Primary) -> str:
         for group in each.families
     }
     parts = []
-    for place, label in enumerate(ClaimCounts._fields):
+    for place, word in enumerate(("false", "true and timely")):
         both = {family: (one[place], other[place]) for family, (one, other) in counts.items()}
         where = [
             f"{number(one, 1)} against {number(other, 1)} in {family}"
             for family, (one, other) in both.items()
             if _unlike(one, other)
         ]
-        parts += [f"{label} claims {', '.join(where)}"] * bool(where)
+        parts += [f"{word} claims {', '.join(where)}"] * bool(where)
     return f" Said in an episode: {'; '.join(parts)}." if parts else ""
 
 

@@ -1,7 +1,7 @@
-"""The findings of a study: its answers, its primary test, the largest surprise, and the seeds that are still needed.
+"""The findings of a study: its answers, its primary test, the largest contradiction, and the seeds still needed.
 
-A difference is a surprise if it contradicts the accounts of the teachers: the teacher that makes more true, timely
-claims a turn, less the distorted ones, should be better. So it is no surprise that a teacher that says less saves less.
+A difference is a contradiction if it does not fit what the teachers say: the teacher that makes more true, timely
+claims a turn, less the false ones, should be better. So a teacher that says less and saves less is no contradiction.
 Teachers that make as many may differ by when they make them.
 """
 
