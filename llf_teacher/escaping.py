@@ -6,7 +6,8 @@ _UNSEEN = re.compile(  # control and format characters except tab and line feed,
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\u00ad\u061c\u180e\u200b-\u200f\u2028-\u202e\u2060-\u206f\ufeff\ufff9-\ufffb"
     "\ud800-\udfff\U000e0001-\U000e007f]"
 )
-_RUN = ("=", "+", "-", "@", "\t", "\r", "'")  # beginnings of what a spreadsheet runs, and our own mark
+_WIDE = "\uff1d", "\uff0b", "\uff0d", "\uff20"  # the full-width signs that some spreadsheets take for = + - @
+_RUN = ("=", "+", "-", "@", *_WIDE, "\t", "\r", "\n", "'")  # beginnings of what a spreadsheet runs, and our own mark
 
 
 def escape_control_chars(text: str) -> str:

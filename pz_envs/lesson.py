@@ -2,6 +2,7 @@
 
 import contextlib
 import inspect
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -14,7 +15,7 @@ from teachers.oracle import Oracle
 from teachers.phrasebook import Phrasebook, Phrases, make_phrasebook
 from teachers.planning import TIERS, Auto, Planned, Planner, PlanningError, parse_planner
 from teachers.planning.known import Known, known
-from teachers.planning.planner import UnfitError
+from teachers.planning.planner import UnfitError, check_steps, guarded
 from teachers.reward_oracle import RewardOracle
 from teachers.voice import Voice
 from worlds.pictures import Picture
@@ -98,6 +99,8 @@ class Lesson(Subject):
             action_words=action_words,
             reward_range=reward_range,
         )
+        if self.planned is None and goes:
+            _check_apart(self._world.env)
         if self.planned is not None:
             self._world.model = self.planned.model
             self._world.notes = {"objective": self.planned.objective} if self.planned.objective else {}
@@ -150,6 +153,29 @@ class Lesson(Subject):
         """The given phrases and the phrases that all subjects share."""
         claims = self._oracle.claims() if isinstance(self._oracle, type) and issubclass(self._oracle, Oracle) else ()
         return make_phrasebook(self._phrases, claims, voice)
+
+
+def _check_apart(env: gymnasium.Env) -> None:
+    """Warn if an environment shares state with its copies, whose steps by an oracle would change it."""
+    try:
+        twin = another(env)
+    except ValueError:  # the world says so where an oracle needs one
+        return
+    try:
+        guarded(twin, lambda: check_steps(twin), env)
+    except UnfitError as error:
+        warnings.warn(
+            f"an oracle that restores truths of {env} may change its student's world, or speak of another: {error}; "
+            "if your oracle never does, set needs_truth = False in its class",
+            SharedStateWarning,
+            stacklevel=4,
+        )
+    except PlanningError:  # it cannot be stepped, which a lesson says
+        return
+
+
+class SharedStateWarning(UserWarning):
+    """An environment shares state with its copies, which a user's own oracle may step."""
 
 
 def _planned(

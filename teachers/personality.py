@@ -369,10 +369,11 @@ class Pipeline(Personality):
 
     @property
     def reveals(self) -> bool:
-        """Whether a stage reveals actions that no later one keeps back; one with a plan needs none before it."""
+        """Whether a stage reveals actions that no later one keeps back; some need no claims of earlier stages."""
         revealed = True
         for stage in self.stages:
-            revealed = stage.reveals and (revealed or "plan" in stage.needs)
+            own = "plan" in stage.needs or stage.evidence or stage.elsewhere
+            revealed = stage.reveals and (revealed or bool(own))
         return revealed
 
     def __str__(self) -> str:

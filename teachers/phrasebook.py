@@ -410,7 +410,7 @@ def make_phrasebook(phrases: Phrases, claims: Sequence[type[Claim]], voice: Voic
     else:
         source = str(phrases)
         try:
-            table = tomllib.loads(Path(phrases).read_text(encoding="utf-8"))
+            table = tomllib.loads(Path(phrases).read_text(encoding="utf-8-sig"))
         except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
             raise ValueError(f"cannot read phrases from {source}: {error}") from None
     own: Mapping[Any, Any] = {}

@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -108,10 +108,23 @@ class Reliability:
 
         Hedges of one episode depend on each other, so Student's t test compares the sums of the episodes.
         """
-        from scipy.stats import t
+        sign = math.copysign(1.0, math.fsum(self.scores))
+        return min(1.0, 2 * _tail([sign * score for score in self.scores]))
 
-        n, spread = len(self.scores), math.sqrt(math.fsum(score**2 for score in self.scores))
-        return float(2 * t.sf(abs(math.fsum(self.scores)) / spread, n - 1)) if n > 1 and spread else 1.0
+    @property
+    def overstated(self) -> float:
+        """The p-value that in each interval of 10 per cent as many claims hold as said, against fewer in one of them.
+
+        The sums that `p_value` compares may cancel: lies that are hedged at 99 % by much truth that is hedged at 60 %.
+        """
+        sums: dict[int, list[float]] = {}
+        for each in self.episodes:
+            tens: dict[int, float] = {}
+            for (p, held), n in each.items():
+                tens[_ten(p)] = tens.get(_ten(p), 0.0) + n * (p - held)
+            for ten, surplus in tens.items():
+                sums.setdefault(ten, []).append(surplus)
+        return min((min(1.0, len(sums) * _tail(each)) for each in sums.values()), default=1.0)
 
     @property
     def verdict(self) -> str:
@@ -136,6 +149,14 @@ class Reliability:
             "verdict": self.verdict,
             "bins": [each._asdict() for each in self.bins],
         }
+
+
+def _tail(sums: Sequence[float]) -> float:
+    """The one-sided p-value of Student's t test that the mean of independent sums is 0, against more; 1 for one sum."""
+    from scipy.stats import t
+
+    spread = math.sqrt(math.fsum(each**2 for each in sums))
+    return float(t.sf(math.fsum(sums) / spread, len(sums) - 1)) if len(sums) > 1 and spread else 1.0
 
 
 def _ten(p: float) -> int:

@@ -11,6 +11,7 @@ import pkgutil
 import re
 import reprlib
 import threading
+import traceback
 import warnings
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache, cached_property, lru_cache
@@ -146,7 +147,7 @@ class SpecCall(NamedTuple):
             module = importlib.import_module(self.prefix[-1])
         except Exception as error:  # importing a user's module may raise anything
             raise ValueError(
-                f"{what} {self.path!r}: cannot import the module {self.prefix[-1]!r}: {error!r}"
+                f"{what} {self.path!r}: cannot import the module {self.prefix[-1]!r}: {error!r}{_line(error)}"
             ) from error
         return module, getattr(module, self.name, None)
 
@@ -182,6 +183,12 @@ class SpecCall(NamedTuple):
             return cls(**self.arguments)
         except TypeError as error:
             raise ValueError(f"{what} {self.path!r}: {error}") from None
+
+
+def _line(error: Exception) -> str:
+    """The innermost line of a module that ended with an error, such as ` (moods.py, line 7)`; empty without one."""
+    lines = [each for each in traceback.extract_tb(error.__traceback__) if each.name == "<module>"]
+    return f" ({Path(lines[-1].filename).name}, line {lines[-1].lineno})" if lines else ""
 
 
 class Registry(Generic[S]):

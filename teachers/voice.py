@@ -70,7 +70,7 @@ def load_tone(voice: str | Path) -> Tone | None:
     path = Path(voice)
     if path.suffix == ".toml":
         try:
-            return _read(path.stem, path.read_text(encoding="utf-8"), f"{path}")
+            return _read(path.stem, path.read_text(encoding="utf-8-sig"), f"{path}")
         except (OSError, UnicodeDecodeError) as error:
             raise ValueError(f"cannot read the voice {path}: {error}") from None
     if voice not in voice_names():

@@ -158,13 +158,15 @@ def read_options(given: list[str] | None) -> dict[str, Any]:
     """Options of a world from arguments NAME=VALUE; a value is JSON, True, False or None, or a text.
 
     Raises:
-        ValueError: an argument has no `=`.
+        ValueError: an argument has no `=`, or the name of another one.
     """
-    options = {}
+    options: dict[str, Any] = {}
     for each in given or ():
         name, equals, value = each.partition("=")
         if not equals or not name:
             raise ValueError(f"an option must be NAME=VALUE, as in map_name=8x8, got {each!r}")
+        if name in options:
+            raise ValueError(f"each option must be given once, got {name} twice")
         try:
             options[name] = json.loads({"True": "true", "False": "false", "None": "null"}.get(value, value))
         except (ValueError, RecursionError):

@@ -47,7 +47,7 @@ def models(context: typer.Context) -> None:
     console = Console(emoji=False, highlight=False)
     console.print(table)
     console.print(
-        "A spec names a model as llm(model='local:NAME'); `llf models add FILE.gguf` adds a file.", markup=False
+        "A student llm(model='local:NAME') asks a model; `llf models add FILE.gguf` adds a file.", markup=False
     )
 
 
@@ -88,7 +88,7 @@ def add(
             f"{file} has no chat template, as a base model has none; give --template FILE.jinja, or --template chatml"
         )
     path = Path(template or "")
-    text = path.read_text("utf-8") if template and path.is_file() else template or ""
+    text = path.read_text("utf-8-sig") if template and path.is_file() else template or ""
     if text and "{" not in text and not text.isidentifier() and not text.replace("-", "").replace(".", "").isalnum():
         raise ValueError(f"--template must be a Jinja file or the name of a template, got {template!r}")
     model = catalogue.enter(file, file.stem if name is None else name, template=text)

@@ -23,7 +23,7 @@ from teachers.atoms import KINDS, ParseFailure
 from teachers.feedback import number_of, parse_kinds
 from teachers.spec import unknown
 from teachers.terminal import Waiting
-from teachers.words import KIND_MEANINGS, KIND_WORDS, VERDICTS, VerdictWord, kind_word, verdict_of
+from teachers.words import KIND_MEANINGS, KIND_WORDS, VERDICTS, VerdictWord, coded_words, kind_word, verdict_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -71,15 +71,15 @@ def play(
     teacher: Annotated[
         str,
         typer.Option(
-            help="Spec of the teacher's personality, also module:Class; in the teacher's seat, of the one that offers "
-            "you claims. To watch, also llm_teacher(...) or module:factory.",
+            help="Teacher, such as 'mistake(eps=0.3)' or module:Class; in the teacher's seat, the one that offers you "
+            "claims. To watch, also llm_teacher(...) or module:factory.",
             autocompletion=complete_teacher,
         ),
     ] = "oracle",
     student: Annotated[
         str | None,
         typer.Option(
-            help="Spec of the student that you teach, by default obedient, or that you watch, without --seat.",
+            help="Student that you teach, by default obedient; without --seat, the one that you watch.",
             autocompletion=complete_student,
         ),
     ] = None,
@@ -301,7 +301,7 @@ def _say_false(console: Console, rows: "Iterable[TurnRow]", family: str) -> None
     checked = [each for each in said if each[-1] is not None and each[-1].holds is not None]
     false = [(turn, kind, text) for turn, kind, text, verdict in checked if verdict is not None and not verdict.holds]
     rest = len(said) - len(checked)
-    others = f" Not judged: {rest}; words that are not read, and hedges, are neither true nor false." if rest else ""
+    others = f" Not checked: {rest}; words that are not read, and hedges, are neither true nor false." if rest else ""
     verb = "was" if len(false) < 2 else "were"
     found = f"{len(false) or 'None'} of the {len(checked)} checked sentences {verb} false."
     console.print(f"{found if checked else 'No sentence was checked.'}{others}")
@@ -533,7 +533,7 @@ def _choose(console: Console, lesson: "LiveLesson", explain: Callable[[], None])
             said.append(f"  {bits[i].described}", "dim")
         _put_beside(console, lead, said)
     left = "" if budget.limit is None else f"; {budget.left} of {budget.limit} left"
-    prompt = f"Say which kinds of {', '.join(KINDS)}? (a: all, empty: none{left})> "
+    prompt = f"Say which kinds, such as praise+advice or hp+fp? (a: all, empty: none{left})> "
     if not budget.left:
         prompt = f"Your budget of {budget.limit} is spent, so that you can say nothing more. Enter to go on> "
     while True:
@@ -552,7 +552,7 @@ def _choose(console: Console, lesson: "LiveLesson", explain: Callable[[], None])
         try:
             kinds = parse_kinds("a" if words in (["a"], ["all"]) else words)
         except ValueError:
-            console.print(f"Type some of {', '.join(KINDS)}, a for all of them, or nothing; {HELP[0]} explains them.")
+            console.print(f"Type some of {coded_words(KINDS)}, a for all of them, or nothing; {HELP[0]} explains them.")
             continue
         return number_of(kinds)
 

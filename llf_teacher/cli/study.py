@@ -65,7 +65,7 @@ class _StudyCommands(Commands):
 def add_to(app: typer.Typer) -> None:
     """Add the group and its commands."""
     group = typer.Typer(
-        help="Run a feedback study: `llf study FILE.toml` runs that of a file, `llf study` the built-in quickstart.",
+        help="Run a study: `llf study FILE.toml` runs the one in a file, `llf study` a built-in one.",
         cls=_StudyCommands,
         invoke_without_command=True,
     )
@@ -77,6 +77,7 @@ def add_to(app: typer.Typer) -> None:
     group.command("export")(export)
     group.command("power")(power)
     group.command("merge")(merge)
+    group.command("rescue")(rescue)
     commands.add_to(group)
     app.add_typer(group, name="study")
 
@@ -110,7 +111,7 @@ def run(
             "--llm-budget",
             min=0,
             envvar=BUDGET,
-            help="Most USD that LLM students may spend for this store, earlier runs included.",
+            help="Most USD that language models may cost for this store, earlier runs included.",
         ),
     ] = None,
     episode_seconds: Annotated[
@@ -214,7 +215,7 @@ def check(file: Annotated[Path, typer.Argument(help="Store of a study.", exists=
         if found:
             raise typer.Exit(1)
         typer.echo(f"{store.count} episodes, all as they were written.")
-        for name, numbers in mixed(store.definitions(), store.coded()).items():
+        for name, numbers in mixed(store.definitions(), store.coded(), store.manifest().get("code", {})).items():
             errors.print(escape_control_chars(f"warning: {mixed_words(name, numbers)}"))
 
 
@@ -222,7 +223,7 @@ def archive(
     store: Annotated[Path, typer.Argument(help="Store of a study, which may be running.", exists=True, dir_okay=False)],
     file: Annotated[Path, typer.Argument(help="Zip file to write.")],
 ) -> None:
-    """Copy a store whole, with the study's file, its manifest, the versions of its software and its report."""
+    """Copy a store whole, with the study's file, the versions of its software and its report."""
     from llf_teacher.studies import load
 
     with load(store) as results:
@@ -262,7 +263,7 @@ def export(
 
 
 def power(
-    pilot: Annotated[Path, typer.Argument(help="Store of a pilot, which has a few seeds of the study.")],
+    pilot: Annotated[Path, typer.Argument(help="Store of a pilot: the study with a few seeds.")],
     effect: Annotated[
         float,
         typer.Option("--effect", min=0.001, max=10, help="Smallest difference between two teachers that matters."),
@@ -282,7 +283,7 @@ def power(
         str | None, typer.Option("--baseline", help="Teacher to compare with; by default the baseline of the pilot.")
     ] = None,
 ) -> None:
-    """Print how many seeds a study needs to find an effect, from the paired differences of a pilot."""
+    """Print how many seeds a study needs to find an effect, from a pilot: the study with a few seeds."""
     from llf_teacher.studies import load
     from llf_teacher.studies.analysis.outcomes import outcomes
     from llf_teacher.studies.analysis.power import needs
@@ -339,13 +340,25 @@ def merge(
     into: Annotated[Path, typer.Argument(help="Store to write.")],
     parts: Annotated[list[Path], typer.Argument(help="Stores of the parts; they are not changed.")],
 ) -> None:
-    """Merge the stores of a study's shards."""
+    """Merge the stores of a study's parts."""
     from llf_teacher.studies.store import merging
 
     with Progress(console=Console(emoji=False, stderr=True, markup=False), transient=True) as progress:
         task = progress.add_task("episodes", total=None)
         number = merging.merge(into, parts, lambda done, total: progress.update(task, completed=done, total=total))
     typer.echo(f"{number} episodes, stored in {into}.")
+
+
+def rescue(
+    store: Annotated[Path, typer.Argument(help="Damaged store; it is not changed.", exists=True, dir_okay=False)],
+    into: Annotated[Path, typer.Argument(help="Store to write, which must not exist.")],
+) -> None:
+    """Copy the whole episodes of a damaged store to a new one; `llf study run` with --store plays the others again."""
+    from llf_teacher.studies.store import merging
+
+    number, written = merging.rescue(store, into)
+    of = "an unknown number of" if written is None else f"{written}"
+    typer.echo(f"{number} of {of} episodes, stored in {into}; `llf study run FILE --store {into}` plays the others.")
 
 
 class _Terminated(KeyboardInterrupt):

@@ -24,7 +24,7 @@ STORE = Path("llf-suite.db")
 def add_to(app: typer.Typer) -> None:
     """Add the group and its commands."""
     group = typer.Typer(
-        help="Take the suite: `llf suite --student SPEC` writes a card of scores.",
+        help="Measure what a student can do with feedback: `llf suite --student obedient` writes a card of scores.",
         cls=Commands,
         invoke_without_command=True,
     )
@@ -39,15 +39,17 @@ def suite(
     context: typer.Context,
     student: Annotated[
         str | None,
-        typer.Option(help="Spec of a student, or `module:factory` of your agent.", autocompletion=complete_student),
+        typer.Option(
+            help="Student, such as obedient, or `module:factory` of your agent.", autocompletion=complete_student
+        ),
     ] = None,
     card: Annotated[
         list[Path] | None, typer.Option(help="File to write: .json, .md, .svg or .html; repeat it for several.")
     ] = None,
-    only: Annotated[list[str] | None, typer.Option(help="Experiment to take; repeat it for several.")] = None,
+    only: Annotated[list[str] | None, typer.Option(help="Experiment to play; repeat it for several.")] = None,
     quick: Annotated[
         bool,
-        typer.Option("--quick", help="Take the four experiments that tell most, in fewer worlds, within 20 minutes."),
+        typer.Option("--quick", help="Play only four experiments, in fewer worlds, within 20 minutes."),
     ] = False,
     key: Annotated[str, typer.Option(help="Text from which other seeds are drawn.")] = "",
     store: Annotated[Path, typer.Option(help="SQLite file for the episodes; an interrupted suite is resumed.")] = STORE,
@@ -71,16 +73,15 @@ def suite(
     ] = False,
     _advanced: Advanced = False,
 ) -> None:
-    """Take the suite: score what a student does with feedback, one ability an experiment.
+    """Measure what a student does with feedback, one ability an experiment.
 
-    A score is the regret that a student saves against a control, divided by that of a reference: 0 if it takes no
-    notice, 1 if it does as well as the reference. The exit status is 3 if episodes fail, and 1 if nothing was
-    measured, for example since no answer was an action.
+    A score is 0 if the student takes no notice of the feedback, and 1 if it gains as much as a scripted student. The
+    exit status is 3 if episodes fail, and 1 if nothing was measured, for example since no answer was an action.
     """
     if context.invoked_subcommand is not None:
         return
     if student is None:
-        raise typer.BadParameter("give --student SPEC, such as --student obedient, or check or compare")
+        raise typer.BadParameter("give --student, such as --student obedient, or the command check or compare")
     from llf_teacher.studies.execution.changes import choice_of, unseen
     from llf_teacher.studies.execution.progress import StudyProgress
     from llf_teacher.studies.execution.runner import StudyError
@@ -97,8 +98,8 @@ def suite(
     for path in card or ():
         check_file(path)
     console = Console(emoji=False, stderr=True, markup=False)
-    console.print(f"The student plays {estimate(student, only or (), quick, key)}, less what {store} has already,")
-    console.print("and the references, whose scores are the units, play as well. The first episodes measure the speed.")
+    console.print(f"The student plays {estimate(student, only or (), quick, key)}; those in {store} count.")
+    console.print("Scripted students, with which it is compared, play as well. The first episodes measure the speed.")
     for id, syntax in actions_of(only or (), quick).items():
         console.print(f"An answer in {id} is {syntax}.", highlight=False)
     for said in unseen([student]) if store.exists() else ():
@@ -152,7 +153,7 @@ def _print_lines(card: "Card", store: Path, result: Console) -> None:
         result.print(escape_control_chars(f"{names}: {line.did if others else alone}"))
         if line.answers.episode:
             read = shlex.join(["llf", "study", "transcript", f"{store}", line.answers.episode[:12]])
-            result.print(escape_control_chars(f"  a lesson: {read}"), soft_wrap=True)
+            result.print(escape_control_chars(f"  an episode: {read}"), soft_wrap=True)
 
 
 Card_ = Annotated[Path, typer.Argument(help="JSON file of a card.", exists=True, dir_okay=False)]

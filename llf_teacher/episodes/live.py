@@ -146,7 +146,7 @@ class LiveLesson:
             ValueError: the move is not possible; nothing has changed.
         """
         if self.over:
-            raise OutOfTurnError("the episode is over; begin a new lesson to go on")
+            raise OutOfTurnError("the episode is over; begin a new one to go on")
         if seat != self.to_move:
             raise OutOfTurnError("it is the turn of the other seat; wait until it has moved")
         before = len(self.inputs)

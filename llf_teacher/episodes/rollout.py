@@ -17,6 +17,7 @@ from pz_envs.subject import Subject
 from pz_envs.text.actions import failure as unread
 from pz_envs.text.answer_formats import THOUGHT
 from teachers.atoms import ParseFailure
+from teachers.schema import storable
 from teachers.seeds import Seeds
 from teachers.spec import check_range
 
@@ -219,7 +220,7 @@ class _Lane:
         """Process an answer, and ask again unless it was the last; the reason why it is no text, if it is none."""
         env, session = self.env, self.env.session
         odd = "" if isinstance(said, str) else f"the policy must answer with a text, got {_shown(said)}"
-        text = "" if odd else said
+        text = "" if odd else storable(said)
         action: str | ParseFailure = self._talk.answer(text)
         if odd:
             action = unread("", session.world, odd)

@@ -26,6 +26,7 @@ from pz_envs.text.answer_formats import (
     worded,
     written,
 )
+from pz_envs.text.json_values import unique_keys
 from pz_envs.text.thoughts import SplitReply, split_thought
 from teachers.atoms import ParseFailure
 from teachers.spec import check_range
@@ -336,7 +337,7 @@ def _examples(texts: dict[str, str]) -> list[tuple[str, str]]:
     found = []
     for number, line in enumerate(texts.get(EXAMPLES, "").splitlines(), 1):
         try:
-            question, answer = itemgetter("question", "answer")(json.loads(line))
+            question, answer = itemgetter("question", "answer")(json.loads(line, object_pairs_hook=unique_keys))
             answer = answer if isinstance(answer, str) else json.dumps(answer, ensure_ascii=False)
             (question + answer).encode()
         except (ValueError, LookupError, TypeError, RecursionError):
@@ -387,4 +388,6 @@ def _reply(turn: Exchange) -> Message:
 
 def _size(messages: Iterable[Message]) -> int:
     """Bytes of the messages' texts."""
-    return sum(len((text_of(message) or f"{message.get('tool_calls')}").encode()) for message in messages)
+    return sum(
+        len((text_of(message) or f"{message.get('tool_calls')}").encode(errors="replace")) for message in messages
+    )

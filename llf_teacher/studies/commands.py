@@ -11,7 +11,7 @@ from llf_teacher.escaping import escape_control_chars
 if TYPE_CHECKING:
     from llf_teacher.studies.analysis.diff import Comparison, Contrast
 
-_LISTED = 10  # greatest number of named cells of one store only
+_LISTED = 10  # greatest number of named combinations of one store only
 
 File = Annotated[Path, typer.Argument(help="Store of a study.", exists=True, dir_okay=False)]
 
@@ -73,7 +73,7 @@ def diff(
     second: File,
     html: Annotated[Path | None, typer.Option("--html", help="Write what is printed as a page, too.")] = None,
 ) -> None:
-    """Compare two stores: the second one's cumulative regret minus the first one's, and the cells of one store only."""
+    """Compare two stores: the second one's cumulative regret minus the first one's, and what only one store has."""
     from llf_teacher.studies.analysis.diff import compare
     from llf_teacher.studies.store import Store
     from llf_teacher.studies.store.targets import check_target
@@ -90,7 +90,7 @@ def diff(
 
 
 def _numbers(change: "Contrast") -> tuple[str, ...]:
-    """The printed row of a common cell."""
+    """The printed row of a common combination."""
     regret = change.regret
     return (
         f"{regret.n}{'' if change.paired else '*'}",
@@ -107,7 +107,8 @@ def _show(found: "Comparison", names: tuple[str, str], console: Console) -> None
     changed = [change for change in found.changes if not change.equal]
     same = len(found.changes) - len(changed)
     console.print(
-        f"{len(found.changes)} cells in both: {same} with the same episodes and ends, {len(changed)} without."
+        f"{len(found.changes)} combinations of environment, teacher and student in both: {same} with equal results, "
+        f"{len(changed)} without."
     )
     shown = [i for i in range(len(FIELDS)) if i < 3 or len({change.setting[i] for change in changed}) > 1]
     if changed:
@@ -124,4 +125,4 @@ def _show(found: "Comparison", names: tuple[str, str], console: Console) -> None
                 escape_control_chars(f"only in {name}: {', '.join(f'{each}' for each in setting if each != '')}")
             )
         if len(only) > _LISTED:
-            console.print(f"only in {name}: {len(only) - _LISTED} more cells")
+            console.print(f"only in {name}: {len(only) - _LISTED} more")

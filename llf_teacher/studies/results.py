@@ -18,6 +18,7 @@ from llf_teacher.studies.execution import runner
 from llf_teacher.studies.store import Store, StoreError
 from llf_teacher.studies.store.targets import check_target
 from teachers.atoms import Label
+from teachers.words import kind_word
 from worlds.extras import pip_install
 
 if TYPE_CHECKING:
@@ -114,7 +115,8 @@ class Results:
                 lines.append(f"[{turn['turn']}] student: {did}  (reward {turn['reward']:g})")
             lines += [f"    sees: {line}" for line in turn["observation"].splitlines()]
             lines += [
-                f"    teacher, {a['kind'] or 'brief'}{_MARKS.get(a['label'], '')}: {a['text']}" for a in turn["atoms"]
+                f"    teacher, {kind_word(a['kind'], not turn['turn'])}{_MARKS.get(a['label'], '')}: {a['text']}"
+                for a in turn["atoms"]
             ]
         return "\n".join(lines)
 
@@ -286,11 +288,21 @@ def read_csv(path: Path | str) -> Iterator[dict[str, str]]:
     """The rows of a table that `Results.export` wrote as CSV, as texts by their columns.
 
     In the file, a text has an apostrophe in front, which is removed here, if a spreadsheet would run it (it begins with
-    `=`, `+`, `-`, `@`, a tab or a carriage return) or if it begins with an apostrophe.
+    `=`, `+`, `-`, `@`, also in full width, a tab or a line end) or if it begins with an apostrophe.
     """
     with Path(path).open(newline="", encoding="utf-8") as file:
-        for row in csv.DictReader(file):
+        reader = csv.DictReader(file)
+        while (row := _next_row(reader)) is not None:
             yield {name: text_of_cell(cell) for name, cell in row.items()}
+
+
+def _next_row(reader: "csv.DictReader[str]") -> dict[str, str] | None:
+    """The next row, whose cells may be of any length; None at the end."""
+    limit = csv.field_size_limit(2**31 - 1)  # of all readers in the process
+    try:
+        return next(reader, None)
+    finally:
+        csv.field_size_limit(limit)
 
 
 def _write_csv(path: Path, rows: Rows, columns: Columns) -> int:

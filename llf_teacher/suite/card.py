@@ -21,20 +21,21 @@ from llf_teacher.studies.store.targets import check_target
 from llf_teacher.suite.answers import AnswerSummary
 from llf_teacher.suite.experiment import all_experiments, asked
 from llf_teacher.suite.score import ALPHA, Score
+from pz_envs.text.json_values import unique_keys
 from teachers.spec import unknown
 
 FORMATS = {".json": "as_json", ".md": "as_markdown", ".svg": "as_svg", ".html": "as_html"}
 """The methods that make a card's text, by the suffix of its file."""
 FINDS = (
-    "p: that there is no difference, after Holm's method; of a loss: a small p speaks against the ability; finds: the "
-    "least contrast, in the unit of the scores, that the test finds with a power of 0.8 (all equal: the contrast was "
-    "the same in every world, so that its spread is unknown); beside silence: the contrast with a silent teacher, in "
-    "the same unit; placebo: as many words, which say nothing of the task."
+    "score: 0 is none of the ability, 1 as much as the scripted student that it is compared with; p: how probable so "
+    "great a difference is by chance, after Holm's method; of a loss: a small p speaks against the ability; detects: "
+    "the smallest score that the test finds in 8 of 10 cards (all equal: the difference was the same in every world, "
+    "so that its spread is unknown); against silence: the same score with a silent teacher in place of useless words."
 )
 """The explanations of columns by name."""
 ABOVE = (
-    "A score above 1 is no better than 1: the lessons made a greater difference to the student than to the reference, "
-    "mostly since it does worse than the reference without the teacher."
+    "A score above 1 is no better than 1: the teacher made a greater difference to the student than to the scripted "
+    "one, mostly since it does worse than that one without the teacher."
 )
 """The explanation of scores above 1."""
 HEARD = 0.8
@@ -77,7 +78,7 @@ class AbilityLine(Score):
     def _names(self) -> dict[str, str]:
         """The kinds of lessons in words."""
         if self.asked and not all_experiments()[self.name].worse:
-            return {"better": "with the teacher's words", "worse": "with the placebo", "silent": "in silence"}
+            return {"better": "with the teacher's words", "worse": "with useless words", "silent": "in silence"}
         return {"better": "in the better lessons", "worse": "in the worse lessons", "silent": "in silence"}
 
     @property
@@ -105,7 +106,7 @@ class AbilityLine(Score):
         """What failing answers do to the score, as a clause; empty if they do nothing."""
         compared = {"worse": ("the score", self.too)}
         if self.silence is not None and (more := self._more("silent")):
-            compared["silent"] = ("the score beside silence", "too high" if more > 0 else "too low")
+            compared["silent"] = ("the score against silence", "too high" if more > 0 else "too low")
         for kind, (what, too) in compared.items():
             if too:
                 more_in, less_in = (kind, "better") if self._more(kind) > 0 else ("better", kind)
@@ -150,7 +151,7 @@ class AbilityLine(Score):
     def did(self) -> str:
         """What the student did, in a sentence of plain words."""
         reference = all_experiments()[self.name].reference if self.asked else ""
-        other = next((words for spec, words in _WELL.items() if reference.startswith(spec)), "the reference")
+        other = next((words for spec, words in _WELL.items() if reference.startswith(spec)), "the scripted student")
         if self.score is None:
             return f"This could not be measured: {self.why}."
         return " ".join(filter(None, (self._verdict(self.score, other), self._remark())))
@@ -167,17 +168,20 @@ class AbilityLine(Score):
                 return "It did as well as without this: it lost nothing that chance does not explain."
             if self.p is not None and self.p < ALPHA and score < 1:
                 return f"It lost by this, {1 - score:.0%} of what it costs {other}."
-            return "Whether it lost by this is open: chance explains the difference, but more worlds may show one."
+            return (
+                "Whether it lost by this is not decided: chance explains the difference, but more worlds may show one."
+            )
         if self.note:
             return f"Whether it {self.ability} was not shown: it {self.note}."
         if self.shown:
             return f"It {'did' if score >= HEARD else 'did in part'}: {spared}."
         if self.above:
-            return f"Whether it {self.ability} is open: failing answers may explain the score."
-        low = " So many answers failed that they may be the reason." if self.answers.failed and not self.bias else ""
+            return f"Whether it {self.ability} is not decided: failing answers may explain the score."
+        low = " So many answers failed that this says little about what it understood."
+        low *= self.answers.failed and not self.bias
         if self.high is not None and self.high < HEARD / 2:
             return f"It did not: {spared}, no more than chance explains.{low}"
-        return f"This is open: {spared}, and chance explains as much.{low}"
+        return f"This is not decided: {spared}, and chance explains as much.{low}"
 
     def _remark(self) -> str:
         """What failing answers do to the score, and why a score has no spread, in sentences; empty without either."""
@@ -204,13 +208,13 @@ class AbilityLine(Score):
         """The explanation if the student gains over only one of placebo and silence; otherwise empty."""
         if self.silence is None or self.above == self.silence.above:
             return ""
-        worse, other = ("with the placebo", "in silence") if self.above else ("in silence", "with the placebo")
+        worse, other = ("with useless words", "in silence") if self.above else ("in silence", "with useless words")
         costs_less = (self.silence.score or 0) > (self.score or 0)  # the placebo costs less than silence
         if self.moments_p is None or self.moments_p >= ALPHA or self.above == costs_less:
             return f"does better than {worse}, but not significantly better than {other}"
         if self.above:
-            return "is harmed by the placebo rather than helped by the teacher"
-        return "does better with the placebo's moments than in silence: it learns from when the teacher speaks"
+            return "is harmed by useless words rather than helped by the teacher"
+        return "does better with useless words than in silence: it learns from when the teacher speaks"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -289,7 +293,7 @@ class Card:
         After the first comes a sentence for each ability with different results beside placebo and silence. Abilities
         in whose lessons many answers failed are not called missing; a sentence has them, and one what was answered.
         """
-        several = [f"Not one result: {words}." for words in self.mixed.values()]
+        several = [f"{words}." for words in self.mixed.values()]
         return several + self._findings()
 
     def _findings(self) -> list[str]:
@@ -301,23 +305,23 @@ class Card:
         # equal regret is weaker evidence: unheard lessons also have equal regret
         best = min(shown, key=lambda each: (each.alike is not None, -(each.low or 0)), default=None)
         moot = [each for each in plain if (each.above if each.alike is None else each.alike) and not each.shown]
-        none = ["No ability differs significantly from none."] * (not moot)
+        none = ["No ability was shown significantly."] * (not moot)
         in_part = " in part" * (best is not None and (best.score or 0) < 0.5)
         said = [f"The student {best.ability}{in_part}: {best.summary}."] if best else none
         said += [f"Whether it {each.ability} was not shown: it {each.note}." for each in noted]
-        said += [f"Whether it {each.ability} is open: {each.summary}." for each in moot]
+        said += [f"Whether it {each.ability} is not decided: {each.summary}." for each in moot]
         odd = [each for each in plain if each.answers.failed or each.too == "too low"]
         less = [each for each in plain if each.high is not None and each.high < 0.5 and each not in odd]
         lacking = sorted(less, key=lambda each: each.high or 0)
         weak = "; ".join(f"{each.ability} ({each.words})" for each in lacking[:3])
         if weak:
             more = f"; and {len(lacking) - 3} more" * (len(lacking) > 3)
-            said.append(f"Less than half of what the reference has: {weak}{more}.")
+            said.append(f"Less than half as much as the scripted student: {weak}{more}.")
         elif not noted and not odd:
-            said.append("No interval lies below half of what the reference has.")
+            said.append("In no ability does the interval lie below half of the scripted student's score.")
         said += self._failed([*moot, *([best] if best else [])])
         names = "; ".join(each.ability for each in self.lines if each.score is None)
-        said.append(f"Not measured: {names}." if names else f"All {len(measured)} were measured.")
+        said.append(f"Not measured: {names}." if names else "Everything asked was measured.")
         return said + self._not_asked()
 
     def _failed(self, said: Sequence[AbilityLine] = ()) -> list[str]:
@@ -347,7 +351,7 @@ class Card:
         there = {each.name for each in self.lines} | {*self.left_out}
         rest = "; ".join(each.ability for name, each in all_experiments().items() if name not in there)
         if self.quick and rest:
-            said.append(f"The quick suite cannot judge, and the whole one asks, whether it {rest}.")
+            said.append(f"Only the whole suite asks whether it {rest}.")
         return said
 
     def as_json(self) -> str:
@@ -363,7 +367,7 @@ class Card:
             CardError: the file is not a card, or was changed.
         """
         try:
-            values = json.loads(Path(path).read_text(encoding="utf-8-sig"))
+            values = json.loads(Path(path).read_text(encoding="utf-8-sig"), object_pairs_hook=unique_keys)
             if not isinstance(values, dict) or "checksum" not in values:
                 raise ValueError("it has no checksum")
             if values.pop("checksum") != checksum(values):
@@ -376,7 +380,7 @@ class Card:
 
     def table(self) -> list[list[str]]:
         """The lines as text, below a line of heads; columns about silence are omitted when empty."""
-        rows = [["ability", "score", "p", "finds", "beside silence", "by environment"]]
+        rows = [["ability", "score", "p", "detects", "against silence", "by environment"]]
         for each in self.lines:
             places = ", ".join(f"{place} {value:.2f}" for place, value in each.places.items())
             silence = f"{each.silence.words}, p {each.silence.chance}" if each.silence else ""
@@ -436,7 +440,7 @@ class Card:
 
         from llf_teacher.studies.report.plots import STYLE, Pane, panel_plot
 
-        file, dots, scale = io.StringIO(), {}, "0: none of it, 1: as the reference"
+        file, dots, scale = io.StringIO(), {}, "0: none of it, 1: as the scripted student"
         unsure = {True: " (not measured)", False: " (no interval)"}
         rows = [f"{each.ability}{unsure[each.score is None] * (each.low is None)}" for each in self.lines]
         for row, each in zip(rows, self.lines, strict=True):
@@ -479,7 +483,7 @@ def _told(line: AbilityLine) -> list[str]:
         return parts
     fence = "`" * max(3, 1 + max(map(len, re.findall("`+", answers.transcript)), default=0))
     lesson = [
-        "<details><summary>A lesson, turn by turn</summary>",
+        "<details><summary>An episode, turn by turn</summary>",
         "",
         fence,
         answers.transcript,

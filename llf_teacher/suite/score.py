@@ -52,11 +52,11 @@ class Arms(NamedTuple):
         if len(self.better) < LEAST:
             return f"{len(self.better)} seeds are too few; at least {LEAST} are needed"
         if not _positive(self.unit_worse - self.unit_better):
-            return "the reference does not do significantly better with the teacher than without"
+            return "not even the scripted student gains significantly here"
         if margin is not None and self.silent is not None and not _positive(self.silent - self.better):
-            return "it does not do significantly better with the teacher than in silence, so it has no gain to lose"
+            return "it does not gain significantly by the teacher, compared with silence, so it has no gain to lose"
         if margin is None and self.worse.mean() < CEILING * self.unit_worse.mean():
-            return "without help there is nothing left to save"
+            return "it does well without help, so that there is nothing to gain"
         return ""
 
 

@@ -218,7 +218,9 @@ def take(
     with load(store) as results:
         form = _form_of(spec)
         played = (({row["teacher"], row["student"]}, row["revision"], 1) for row in rows)
-        several = {name: mixed_words(name, numbers) for name, numbers in mixed(results.definitions, played).items()}
+        newest = results.manifest.get("code", {})
+        found = mixed(results.definitions, played, newest)
+        several = {name: mixed_words(name, numbers) for name, numbers in found.items()}
         answers = {
             name: answers_of(each, spec, rows, seeds, results, form, scores[name].places)
             for name, each in experiments.items()

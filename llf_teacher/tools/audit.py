@@ -142,8 +142,12 @@ class Audit:
 
     @property
     def overconfident(self) -> bool:
-        """Whether hedged claims hold far less often than said: so that calibrated ones seem so once in 1,000 audits."""
-        return self.hedges.verdict == "overconfident" and self.hedges.p_value < _CAUGHT
+        """Whether hedged claims hold far less often than said: so that calibrated ones seem so twice in 1,000 audits.
+
+        All of them together, or those of one interval of 10 per cent.
+        """
+        together = self.hedges.verdict == "overconfident" and self.hedges.p_value < _CAUGHT
+        return together or self.hedges.overstated < _CAUGHT / 2
 
     def displaced(self) -> dict[FeedbackType | None, tuple[int, int, int]]:
         """For each kind with claims of other lessons: their number, how many hold there, and how many hold here."""
@@ -249,14 +253,15 @@ def audit(
         if worlds:
             family.make_information(env.session.world, 0, worlds)  # or give the reason why there is none
         policy = student.seat(env.family, env.session.world)
-        for seed in itertools.count():
+        for number in itertools.count():
+            seed = number * len(combinations) + done - 1  # another one in each combination: hedges are of many worlds
             left = turns * done // len(combinations) - found.turns
             if left <= 0:
                 break
             if patience := getattr(student, "patience", None):
-                left = min(left, 1 + seed % patience)
+                left = min(left, 1 + number % patience)
             episode = _Episode(type_, seed, left, {}, {})
-            if isinstance(promise, Personality) and (done + seed) % 2 == 0:
+            if isinstance(promise, Personality) and (done + number) % 2 == 0:
                 episode = _varied(episode, env.session.world, settings, np.random.default_rng([done, seed]))
             if episode.options:
                 other = StudentEnv(id, teacher=teacher, **given | {"instruction_type": "b"} | episode.options)

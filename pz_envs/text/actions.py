@@ -1,11 +1,16 @@
 """Reads a student's text as an action, by one rule. Nothing is ever executed.
 
-What stands between thinking tags, or behind `Thought:`, is a thought. The action is the first sentence on the line
-behind the last label `Response:`, `Answer:`, `Action:` or the like, on the next line if that one is empty. Without a
-label it is JSON with an action, or the first or last sentence, if no sentence is another action. A sentence is an
-action if it says only that this action is chosen, and why. A text that is taken word for word, such as a poem, is all
-that stands behind the label, up to a thought, or the whole answer. All else is no action, and so is an answer that is
-taken back.
+1. What stands between thinking tags, or behind `Thought:`, is a thought. What a model goes on to say for others is cut.
+2. The answer stands behind the last label `Response:`, `Answer:`, `Action:` or the like; without one it is the text.
+3. An answer that is an action is it, and so are the first paragraph behind a label, and JSON with an action.
+4. Else it is a sentence: behind a label the first one on the line that is an action; without a label the first or the
+   last one or the text in a fence, if no sentence is another action.
+5. A sentence is an action if plain words alone stand before it, such as "I go", and if what stands behind it leaves it
+   as it is: plain words, a cause, "not ...", or a remark without another action.
+6. An answer that is taken back, as by "Wait, ...", is none, and neither is all else.
+
+A text that is taken word for word, such as a poem, is all that stands behind the label, up to a thought, or the whole
+answer.
 """
 
 import json
@@ -18,28 +23,26 @@ from gymnasium import spaces
 from pz_envs.text.action_parsing import (
     LONGEST,
     TwoActions,
-    denies,
     exact_action,
-    from_json,
-    has_truth_value,
+    in_json,
     names_any,
-    read_line,
+    on_first_line,
     read_sentence,
+    taken_back,
     text_in,
     the_one,
+    unfit,
 )
 from pz_envs.text.answer_place import (
     cleaned,
     fenced,
     find_place,
     first_line,
-    marked,
-    plain,
     sentences,
-    unboxed,
+    unmarked,
     without_thoughts,
 )
-from pz_envs.text.json_values import finite_value, lenient_value, objects_in
+from pz_envs.text.json_values import finite_value
 from pz_envs.text.thoughts import SplitReply, split_thought, turns_of_others
 from teachers.atoms import ParseFailure
 from worlds.world import World
@@ -49,19 +52,7 @@ __all__ = ["failure", "first_answer", "legal_text", "parse_action", "read_exactl
 _EXCERPT = 80
 _FEW = 5  # places where an answer may end
 _LOOKED_AT = 300  # characters of a refused text in which actions are looked for
-_BACK = re.compile(
-    r"""
-    (?:^|[.!?;(\n\u2013\u2014-]) \s{0,3} (?:hmm[,.]?\ )?
-    (?:no(?=[,.!;)]|\ wait|$)|nope|wait|hold\ on|actually|correction|oops|scratch\ that|never\ ?mind
-      |on\ (?:second\ thought|reflection)|or(?!\ so\b)|i\ meant?|sorry|cancel|disregard|(?:just\ )?kidding|edit(?=:)
-      |alternatively|changed\ my\ mind) \b
-    | ,\ ? (?:no(?=[,;)])|wait\b)
-    | \b(?:that|this|it)(?:\ is|['\u2019]s|\ was|\ seems|\ looks)
-      \ (?:wrong|incorrect|a\ mistake|not\ (?:right|correct|my)\b)
-    """,
-    re.IGNORECASE | re.VERBOSE,
-)
-_QUOTATION = re.compile(r"\"[^\"\n]*\"")
+_OPENED = re.compile(r"\s*(?:```\w*\s*)?\{\s*[\"']")
 
 EMPTY = "it holds no answer"
 UNENDED = "its reasoning never ends, so that no answer follows"
@@ -108,12 +99,12 @@ def parse_action(said: str | SplitReply, world: World[Any]) -> Any:
         said: a text or a `SplitReply`.
         world: the world in which the student acts.
     """
-    thought, answer, text, unended = split_thought(said)
+    thought, answer, text, unended = split_thought(said)  # step 1
     answer = cleaned(first_answer(answer, world)[0])
     if not answer.strip() and (thought or text.strip() or not _is_verbatim(world)):
         return failure(text, world, UNENDED if unended and thought else EMPTY)
     try:
-        return _verbatim(answer, world) if _is_verbatim(world) else _read(plain(answer), world)
+        return _verbatim(answer, world) if _is_verbatim(world) else _read(unmarked(answer), world)
     except TwoActions as error:
         return failure(_found(answer, world), world, f"{error}")
 
@@ -169,7 +160,7 @@ def _strict_value(text: str, world: World[Any]) -> Any:
         value = value["action"]
     if isinstance(value, dict) and not keys:
         raise ValueError("the only key of an object must be `action`")
-    if has_truth_value(value):
+    if unfit(value):
         raise ValueError("a truth value is not an action")
     action = world.read(value) if isinstance(value, str) else None
     return value if action is None else action
@@ -195,13 +186,14 @@ def failure(text: str, world: World[Any], why: str = NOTHING) -> ParseFailure:
 
 def _read(answer: str, world: World[Any]) -> Any:
     """The action of an answer in a world that does not take texts word for word."""
-    if (action := _whole(answer, world)) is not None:
-        return action
-    label, said = find_place(answer, world.answer_names)
-    action, rest = _behind_label(said, world) if label else _without_label(said, world)
+    label, said = find_place(answer, world.answer_names)  # step 2
+    for whole in (answer, said.strip() if label else ""):  # step 3
+        if (action := _whole(whole, world)) is not None:
+            return action
+    action, rest = on_first_line(said, world) if label else _anywhere("\n" + without_thoughts(said), world)
     if action is None:
         return failure(_found(answer, world), world, _reason(label, said, world))
-    if _BACK.search(_QUOTATION.sub("", rest)):
+    if taken_back(rest):  # step 6
         return failure(_found(answer, world), world, BACK)
     return action
 
@@ -215,47 +207,16 @@ def _whole(text: str, world: World[Any]) -> Any:
     return exact_action(text, world)
 
 
-def _behind_label(said: str, world: World[Any]) -> tuple[Any, str]:
-    """The action that a text behind a label begins with, and the rest of the text."""
-    paragraph, _, rest = said.partition("\n\n")
-    if (action := _whole(paragraph, world)) is not None:
-        return action, rest
-    if (action := _in_json(said, world)) is not None or said.startswith("{"):
-        return action, ""
-    said = unboxed(said)
-    found = sentences(said, lists=False)
-    for at, (sentence, until) in enumerate(found):
-        if (action := read_sentence(sentence, world)) is not None:
-            return action, said[until:]
-        if "\n" in said[until : until + 2] and not sentence.endswith(":") and at + 1 < len(found):
-            break
-    return None, ""
-
-
-def _without_label(said: str, world: World[Any]) -> tuple[Any, str]:
-    """The action of a text without a label, and what follows it."""
-    text = without_thoughts(said)
-    inner = fenced(text)[0] if text.lstrip().startswith("```") else text.strip()
-    if (action := _in_json(text, world)) is not None or inner[:2] in ('{"', "{'", "{\n", "{ "):
-        return action, ""
-    flat = unboxed(text)
-    found = sentences(flat)
-    read = [read_sentence(said, world) for said, _ in found]
-    action = the_one(read)
-    if action is not None:
-        at = [number for number, each in enumerate(read) if each is not None]
-        if at[0] == 0 or at[-1] == len(found) - 1 or any(exact_action(found[n][0], world) is not None for n in at):
-            return action, flat[found[at[-1]][1] :]
-    return the_one(read_line(each, world) for each, before in marked(text) if not denies(before)), ""
-
-
-def _in_json(text: str, world: World[Any]) -> Any:
-    """The action of the JSON objects in a text."""
-    begin, end = text.find("{"), text.rfind("}")
-    if text.lstrip().startswith("["):
-        return None
-    found = objects_in(text) or ([lenient_value(text[begin : end + 1])] if 0 <= begin < end else [])
-    return None if denies(text[: max(begin, 0)]) else the_one(from_json(each, world) for each in found)
+def _anywhere(text: str, world: World[Any]) -> tuple[Any, str]:
+    """The action of a text without a label, in JSON, a sentence or a fence, and what follows it."""
+    if (found := in_json(text, world))[0] is not None or _OPENED.match(text):
+        return found
+    read = [(read_sentence(sentence, world), until) for sentence, until in sentences(text)]
+    at = [number for number, (each, _) in enumerate(read) if each is not None]
+    action = the_one(each for each, _ in read)
+    if at and (at[0] == 0 or at[-1] == len(read) - 1):
+        return action, text[read[at[-1]][1] :]
+    return the_one(exact_action(each, world) for each in fenced(text)), ""  # other sentences may tell a story
 
 
 def _found(answer: str, world: World[Any]) -> str:

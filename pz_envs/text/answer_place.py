@@ -4,53 +4,65 @@ The time of each function is linear in the text's length.
 """
 
 import re
-from collections.abc import Iterator
 from functools import cache
-from itertools import islice
 from typing import NamedTuple
 
 __all__ = [
+    "NOUNS",
+    "PLAIN",
     "AnswerPlace",
+    "brackets",
     "cleaned",
     "fenced",
     "find_place",
     "first_line",
-    "marked",
     "masked",
-    "plain",
     "sentences",
-    "unboxed",
+    "unmarked",
     "without_thoughts",
+    "words",
 ]
 
-_NOUNS = "response|answer|action|move|choice|command|decision|output"
-_BEFORE = (
-    "(?:(?:my|the|your|our|final|next|best|chosen|so|now|sure|okay|ok|here is|here['\u2019]s|first|is)[,.!]?[ \t]+)*+"
+
+def words(text: str) -> frozenset[str]:
+    """The words of a text."""
+    return frozenset(text.split())
+
+
+NOUNS = ("action", "answer", "response", "move", "choice", "command", "decision", "output")
+"""Names of an answer: labels, and keys of JSON."""
+PLAIN = words(
+    """a an the this that it is be my me us our your i i'll i'd i'm am we we'll we'd let let's will would should must
+    shall want plan think propose suggest recommend prefer choose pick select take try use using go
+    going do make stick follow following teacher's advice to and with again now then next first instead here here's so
+    thus hence therefore just definitely certainly simply please sure ok okay yes well best better final correct right
+    optimal good chosen option number decision answer response action move command choice - \u2013 :"""
 )
-_OLD = "(?P<old>(?:my |the |your )?(?:last|previous|prior|earlier|old|other|wrong)[ \t]+)?"
-_DECORATION = r"[ \t#*_>`(\[<$-]{0,12}"
-_COLON = "[:=\uff1a]"
+"""Words before an action, or a label, that only say that it is chosen."""
+_THOUGHTS = "thoughts?|thinking|reasoning|reasons?|explanation|rationale|justification|note|why"
+_MARKS = r"[ \t#*_>`(\[<$-]{0,12}"
 _THOUGHT = re.compile(
-    rf"(?:^{_DECORATION}|(?<=\s)[*_]{{0,3}})"
-    r"(?:thoughts?|thinking|reasoning|reasons?|explanation|rationale|justification|note|why)[*_]{0,3}[ \t]?[:\uff1a?]",
-    re.IGNORECASE | re.MULTILINE,
+    rf"(?:^{_MARKS}|(?<=\s)[*_]{{0,3}})(?:{_THOUGHTS})[*_]{{0,3}}[ \t]?[:\uff1a?]", re.IGNORECASE | re.MULTILINE
 )
 _TOKEN = re.compile(
     r"<\|\w+\|>(?:assistant\b|model\b)?|</?s>|<(?:bos|eos|end_of_turn)>|<start_of_turn>(?:model\b)?|\[/?INST\]"
     r"|<\uff5cend\u2581of\u2581sentence\uff5c>"
 )
 _UNSEEN = re.compile(r"[\u200b\u2060\ufeff]")
-_FONT = re.compile(r"</?(?:b|strong|i|em|u|code|p|pre|span|mark|kbd)>", re.IGNORECASE)
+_FONT = re.compile(
+    r"</?(?:b|strong|i|em|u|code|p|pre|span|mark|kbd)>|[\u2600-\u27bf\ufe0f\U0001f300-\U0001faff]", re.IGNORECASE
+)
 _BOX = re.compile(r"\\(?:boxed|fbox)\s*\{((?:[^{}]|\{[^{}]*+\})*+)\}")
-_TEX = re.compile(r"\\(?:text|textbf|mathrm|mathbf|texttt)\s*\{([^{}]*+)\}")
+_TEX = re.compile(r"\\(?:text|math)\w*\s*\{([^{}]*+)\}|\\[()\[\]]")
 _FENCE = re.compile(r"^[ \t]*(?:`{3,}|~{3,})[^\n`]*$", re.MULTILINE)
 _QUOTED = re.compile(r"\"(?:[^\"\\\n]|\\.)*+\"|\u201c[^\u201c\u201d\n]*+\u201d")
 _BRACKETS = re.compile(r"\[[^\[\]]*+\]|\([^()]*+\)|\{[^{}]*+\}")
 _CLOSING = {"[": "]", "(": ")", "<": ">"}
 _END = re.compile(r"(?<=[.!?;])[ \t]+|\s*\n\s*")
-_NUMBERED = re.compile(r"[*_]*[0-9]{1,2}[.)]")
+_NUMBERED = re.compile(r"(?<=\n)[ \t*_]*[0-9]{1,2}[.)](?=[ \t])")
 _SENTENCES = 40  # from each end of a text
 _BRACED = 20_000  # characters in which brackets are looked for
+_DEEP = 6  # brackets within brackets
 
 
 class AnswerPlace(NamedTuple):
@@ -59,7 +71,7 @@ class AnswerPlace(NamedTuple):
     label: str
     """The last label with a text behind it, else the last one; empty if there is none, or other text before it."""
     said: str
-    """The text behind the label, up to a thought; without a label the text itself."""
+    """The text behind the label, up to a thought; without a label the text itself. A line's end before it stays."""
 
 
 def cleaned(text: str) -> str:
@@ -67,25 +79,29 @@ def cleaned(text: str) -> str:
     return next((piece for piece in _TOKEN.split(_UNSEEN.sub("", text)) if piece.strip()), "")
 
 
+def unmarked(text: str) -> str:
+    """The text without HTML's tags for fonts and emoji, and with the contents of TeX's boxes and fonts in place."""
+    return _BOX.sub(r" \1 ", _TEX.sub(lambda font: font[1] or "", _FONT.sub("", text)))
+
+
 @cache
 def _labels(names: tuple[str, ...], verbatim: bool) -> re.Pattern[str]:
     own = "|".join(map(re.escape, names)) or "(?!)"
-    close = r"(?:[ \t]+is)?[*_`]*[ \t]*"
-    alone = rf"{_DECORATION}{_BEFORE}(?:{own})[*_`]*[ \t]*{_COLON}[*_`]*[ \t]*$" if verbatim else "(?!)"
-    nouns = _NOUNS if verbatim else f"{_NOUNS}|{own}"
-    at_sentence = "(?!)" if verbatim else r"(?<=[.!?:;,)])[ \t*_`]{1,6}"
-    return re.compile(
-        rf"(?:^{_DECORATION}|{at_sentence}){_OLD}{_BEFORE}(?:{nouns}){close}{_COLON}[*_`]*"
-        rf"|^{alone}"
-        rf"|^[ \t]*(?:\#+[ \t]*|\*\*|__){_BEFORE}(?:{_NOUNS}|{own})[*_]*[ \t]*$"
-        rf"|\b(?P<first>(?:first|last|previous|earlier)[ \t]+)?response[*_`]*[ \t]*{_COLON}[*_`]*",
-        re.IGNORECASE | re.MULTILINE,
-    )
+    nouns, plain = "|".join(NOUNS), "|".join(map(re.escape, sorted(PLAIN, reverse=True)))
+    before = rf"(?:(?:{plain})[,.!]?[ \t]+){{0,6}}"
+    colon = r"(?:[ \t]+is)?[*_`]*[ \t]*[:=\uff1a][*_`]*"
+    at_line = rf"^{_MARKS}{before}"
+    if verbatim:  # the name of a poem is alone on its line
+        forms = [rf"{at_line}(?:{nouns}){colon}", rf"{at_line}(?:{own}){colon}[ \t]*$"]
+    else:
+        forms = [rf"(?:{at_line}|(?<=[.!?:;,)])[ \t*_`]{{1,6}}{before})(?:{nouns}|{own}){colon}"]
+    heading = rf"^[ \t]*(?:\#+[ \t]*|\*\*|__){before}(?:{nouns}|{own})[*_]*[ \t]*$"
+    return re.compile("|".join([*forms, heading, rf"\bresponse{colon}"]), re.IGNORECASE | re.MULTILINE)
 
 
 @cache
 def _tag(names: tuple[str, ...]) -> re.Pattern[str]:
-    return re.compile(rf"<(/?)(?:final_)?(?:{'|'.join((_NOUNS, 'tool_call', *map(re.escape, names)))})>", re.IGNORECASE)
+    return re.compile(rf"<(/?)(?:final_)?(?:{'|'.join((*NOUNS, 'tool_call', *map(re.escape, names)))})>", re.IGNORECASE)
 
 
 def find_place(text: str, names: tuple[str, ...] = (), verbatim: bool = False) -> AnswerPlace:
@@ -97,26 +113,22 @@ def find_place(text: str, names: tuple[str, ...] = (), verbatim: bool = False) -
         verbatim: whether a label must begin a line, and one of `names` be alone on it.
     """
     text = _tag(names).sub(lambda tag: "\n" if tag[1] else "\nAnswer: ", text)
-    seen = text if verbatim else _QUOTED.sub(lambda quoted: " " * len(quoted[0]), text)
-    labels = [label for label in _labels(names, verbatim).finditer(seen) if not (label["old"] or label["first"])]
+    labels = [*_labels(names, verbatim).finditer(_unquoted(text))]
     ends = [*(label.start() for label in labels[1:]), len(text)]
     for label, end in zip(reversed(labels), reversed(ends), strict=False):
-        said = thoughtless(text[label.end() : end], verbatim).strip()
+        said = thoughtless(text[label.end() : end]).rstrip().lstrip(" \t")
         if said.strip("*_`# \n"):
             opened = label[0].strip()[:1]
             return AnswerPlace(label[0].strip(), said.removesuffix(_CLOSING[opened]) if opened in _CLOSING else said)
-    if labels and not thoughtless(text[: labels[0].start()], verbatim).strip():
+    if labels and not thoughtless(text[: labels[0].start()]).strip():
         return AnswerPlace(labels[-1][0].strip(), "")
     return AnswerPlace("", text[: labels[0].start()] if labels else text)
 
 
-def thoughtless(text: str, verbatim: bool = False) -> str:
+def thoughtless(text: str) -> str:
     """The text up to the first thought, as in `Thought: ...`."""
-    seen = text if verbatim else _QUOTED.sub(lambda quoted: " " * len(quoted[0]), text)
-    for thought in _THOUGHT.finditer(seen):
-        if not verbatim or text.rfind("\n", 0, thought.start() + 1) + 1 >= thought.start():
-            return text[: thought.start()]
-    return text
+    thought = _THOUGHT.search(_unquoted(text))
+    return text[: thought.start()] if thought else text
 
 
 def without_thoughts(text: str) -> str:
@@ -124,38 +136,34 @@ def without_thoughts(text: str) -> str:
     return "\n\n".join(filter(None, (thoughtless(each).strip() for each in re.split(r"\n[ \t]*\n", text))))
 
 
-def masked(text: str) -> str:
-    """The text with `_` in place of each quotation and of what stands in brackets; the length stays."""
+def _unquoted(text: str) -> str:
+    return _QUOTED.sub(lambda quoted: " " * len(quoted[0]), text)
+
+
+def masked(text: str, mask: str = "_") -> str:
+    """The text with `_` for each character of a quotation, and `mask` for each of what stands in brackets."""
     text = _QUOTED.sub(lambda found: "_" * len(found[0]), text)
-    if len(text) > _BRACED:
-        return text
-    for _ in range(3):
-        text = _BRACKETS.sub(lambda found: "_" * len(found[0]), text)
+    for _ in range(_DEEP if len(text) <= _BRACED else 0):
+        text = _BRACKETS.sub(lambda found: mask * len(found[0]), text)
     return text
 
 
-def sentences(text: str, lists: bool = True) -> list[tuple[str, int]]:
+def brackets(text: str) -> list[tuple[int, int]]:
+    """The beginnings and ends of all that stands in brackets, the outermost ones."""
+    return [found.span() for found in re.finditer("\0+", masked(text.replace("\0", " "), "\0"))]
+
+
+def sentences(text: str) -> list[tuple[str, int]]:
     """The sentences of a text and the positions behind them; lines end sentences, and fences are no sentences.
 
-    Args:
-        text: the text.
-        lists: whether a number and a dot that begin a line number it, and do not end a sentence.
+    A number and a dot behind the end of a line number the next one, and are no sentence.
     """
+    seen = _NUMBERED.sub(lambda number: "_" * len(number[0]), masked(text))
     found, at = [], 0
-    for end in [*_END.finditer(masked(text)), None]:
-        until = len(text) if end is None else end.start()
-        said = text[at:until].strip()
-        if (
-            lists
-            and end is not None
-            and "\n" not in end[0]
-            and _NUMBERED.fullmatch(said)
-            and (at == 0 or "\n" in text[at - 1])
-        ):
-            continue
-        if said and not _FENCE.fullmatch(said):
-            found.append((said, until))
-        at = until if end is None else end.end()
+    for begin, end in [*(end.span() for end in _END.finditer(seen)), (len(text), len(text))]:
+        if (said := text[at:begin].strip()) and not _FENCE.fullmatch(said):
+            found.append((said, begin))
+        at = end
     return found if len(found) <= 2 * _SENTENCES else found[:_SENTENCES] + found[-_SENTENCES:]
 
 
@@ -164,25 +172,6 @@ def fenced(text: str) -> list[str]:
     marks = [(mark.start(), mark.end()) for mark in _FENCE.finditer(text)]
     ends = [*(begin for begin, _ in marks[1::2]), len(text)]
     return [text[end:until].strip() for (_, end), until in zip(marks[::2], ends, strict=False)]
-
-
-def plain(text: str) -> str:
-    """The text without HTML's tags for fonts."""
-    return _FONT.sub("", text)
-
-
-def unboxed(text: str) -> str:
-    """The text with the contents of boxes and fonts of TeX in their place."""
-    return _BOX.sub(r" \1 ", _TEX.sub(r"\1", text))
-
-
-def marked(text: str) -> Iterator[tuple[str, str]]:
-    """The texts in fences and boxes of TeX, each with the words before it on its line."""
-    text = _TEX.sub(r"\1", text)
-    for each in islice(fenced(text), _SENTENCES):
-        yield each, ""
-    for box in islice(_BOX.finditer(text), _SENTENCES):
-        yield box[1], text[text.rfind("\n", 0, box.start()) + 1 : box.start()]
 
 
 def first_line(text: str) -> str:

@@ -9,7 +9,7 @@ from typing import Any, NoReturn
 
 from teachers.schema import MOST_CLAIMS
 
-__all__ = ["find_message", "finite_value", "lenient_value", "objects_in", "unique_keys"]
+__all__ = ["find_message", "finite_value", "lenient_value", "unique_keys"]
 
 
 def unique_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -37,17 +37,6 @@ def lenient_value(text: str) -> Any:
         with suppress(ValueError, RecursionError):
             return finite_value(form)
     return None
-
-
-def objects_in(text: str) -> list[Any]:
-    """The JSON objects in a text; other words may stand around them. The first `MOST_CLAIMS` braces are tried."""
-    found, end = [], 0
-    for brace in islice(_OBJECT.finditer(text), MOST_CLAIMS):
-        if brace.start() >= end:
-            with suppress(ValueError, RecursionError):
-                value, end = _DECODER.raw_decode(text, brace.start())
-                found.append(value)
-    return found
 
 
 def _requoted(string: str) -> str:

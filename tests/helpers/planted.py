@@ -63,7 +63,7 @@ class Planted:
         """The study."""
         teachers = dict.fromkeys(key if isinstance(key, str) else key[0] for key in self.means)
         fields = {"ids": [GRID], "teachers": list(teachers), "students": ["obedient"], "seeds": 20}
-        fields["compare"] = [list(self.labels[0].pair)]
+        fields["compare"] = [list(label.pair) for label in self.labels[:1]]
         return Study(**{name: value for name, value in (fields | dict(self.study)).items() if value is not None})
 
     def records(self, study: Study) -> list[Record]:
@@ -84,8 +84,8 @@ class Planted:
 
 
 def record(spec: EpisodeSpec, regret: float) -> Record:
-    """An episode of one turn with a regret."""
-    counts = dict.fromkeys(EpisodeRow._fields[7:24], 0) | dict.fromkeys(EpisodeRow._fields[24:30])
+    """An episode of one turn with a regret; its teacher has said something that has no claim."""
+    counts = dict.fromkeys(EpisodeRow._fields[7:24], 0) | dict.fromkeys(EpisodeRow._fields[24:30]) | {"unchecked": 1}
     row = EpisodeRow(
         entry(spec.id).family.name, "claims", 1, False, None, 0.0, regret, **counts, regrets=pack_regrets([regret])
     )

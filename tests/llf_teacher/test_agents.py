@@ -291,9 +291,10 @@ def test_a_bad_spec_is_refused_before_anything_runs(mine, spec, match):
 
 
 def test_a_module_that_breaks_is_named(tmp_path, monkeypatch):
-    (tmp_path / "broken_module.py").write_text("1 / 0")
+    (tmp_path / "broken_module.py").write_text("\n1 / 0")
     monkeypatch.syspath_prepend(tmp_path)
-    with pytest.raises(ValueError, match=r"cannot import the module 'broken_module': ZeroDivisionError"):
+    match = r"cannot import the module 'broken_module': ZeroDivisionError\(.*\) \(broken_module.py, line 2\)$"
+    with pytest.raises(ValueError, match=match):
         study("broken_module:Agent")
 
 

@@ -8,7 +8,7 @@ from urllib.parse import unquote
 
 import numpy as np
 import pytest
-from planted import NO, OPEN, OWN, STUDIES, YES
+from planted import BANDIT, GRID, NO, OPEN, OWN, STUDIES, YES, Grudge, Planted, one
 from studying import filled
 
 from llf_teacher.studies.definition.custom_specs import teacher_spec
@@ -16,7 +16,9 @@ from llf_teacher.studies.definition.study import Study, load_study, to_toml
 from llf_teacher.studies.report import findings, render
 from llf_teacher.studies.report.answers import answers
 from llf_teacher.studies.report.data import read
+from llf_teacher.studies.report.plots import folded
 from llf_teacher.studies.store import Store
+from teachers.personalities.mistake import mistake
 
 WORDS = {YES: "Is this evidence of a difference? Yes", NO: "evidence of a difference? No:", OPEN: "Not decided"}
 
@@ -122,6 +124,8 @@ def test_a_file_states_its_question(tmp_path):
     assert study.compare == ((OWN, "oracle"), ("mix", "oracle"))
     spelled = replace(study, teachers=["mistake", "oracle"], compare=[["mistake(eps=0.1)", "oracle"]])
     assert spelled.compare == (("mistake", "oracle"),)
+    objects = replace(spelled, teachers=[Grudge(after=3), mistake()], compare=[[Grudge(after=3), mistake()]])
+    assert objects.compare == (("planted:Grudge(after=3)", "mistake"),)
     assert replace(spelled, compare=(), primary=[{"teacher": "mistake(eps=0.1)"}], baseline="oracle").primary == (
         {"teacher": "mistake"},
     )
@@ -135,8 +139,14 @@ def test_a_file_states_its_question(tmp_path):
             {"compare": "oracle"},
             "compare must be a list of pairs of teachers, as in .*, got 'oracle'",
         ),
+        (
+            {"question": "Which?", "compare": ()},
+            r"question: no comparison answers it, since there is no teacher 'silent' to compare with; name pairs of "
+            r"teachers, as in compare = \[\[.planted:Grudge., .mix.\]\], or another .* in baseline = .planted:Grudge.",
+        ),
         ({"compare": [["oracle"]]}, r"compare must be a list of pairs .* got \['oracle'\] among them"),
         ({"compare": [["oracle", "silent"]]}, "compare: unknown teacher 'silent'"),
+        ({"compare": [["oracle", {}]]}, "compare: unknown teacher {}"),
         ({"compare": [["oracle", "oracle"]]}, "compare: a teacher cannot be compared with itself, got 'oracle' twice"),
         (
             {"compare": [["mix", "oracle"], ["oracle", "mix"]]},
@@ -182,3 +192,149 @@ def test_no_is_not_said_before_the_last_analysis(tmp_path):
             (answer,) = answers(read(store, study))
         assert answer.finding.evidence == evidence
     assert "interim analysis" not in answer.text
+
+
+FAMILIES = ("llf-alfworld-v0", BANDIT, GRID, "llf-reco-movie-v0", "llf-optimization-Booth-v0", "llf-poem-Haiku-v0")
+
+
+def said(tmp_path, means, changes=None, noise=0.05, **planted):
+    """The findings of a study of regrets, of `OWN` against `mix` by default."""
+    pair = planted.pop("pair", (OWN, "mix"))
+    planted = Planted("", means, one(*pair, evidence=""), changes or {}, noise, **planted)
+    study = planted.made()
+    with Store(filled(tmp_path / "s.db", planted.records(study))) as store:
+        return findings(read(store, study))
+
+
+def test_a_comparison_with_evidence_of_no_difference_is_not_open(tmp_path):
+    first, test, last = said(tmp_path, {OWN: 5.0, "mix": 5.0}, {"seeds": 40})
+    assert "No: the data exclude" in first
+    assert "in 0 and significantly worse in 0; 1 has evidence of no difference; 0 are not decided." in test
+    assert last == "No primary comparison is significant.", "no more seeds are needed, and it is a proof"
+
+
+def means_of(*families, more=1.0, base=5.0):
+    """Regrets in `FAMILIES`: a teacher's own is greater by a factor in some of them."""
+    own = {(OWN, id): base * (more if id in families else 1) for id in FAMILIES}
+    return own | {("mix", id): base for id in FAMILIES}
+
+
+def test_a_difference_in_one_family_is_said_to_be_there_only(tmp_path):
+    first = said(tmp_path, means_of(GRID, more=1.6), {"ids": FAMILIES, "seeds": 30})[0]
+    start = "Over 6 families obedient loses more with planted:Grudge(after=2) than with mix"
+    assert first.startswith(f"{start}, by itself significantly in gridworld only: ")
+
+
+def test_a_difference_in_one_family_is_not_hidden_by_the_others(tmp_path):
+    rng = np.random.default_rng(7)
+    worse = {OWN: 8.0, "mix": 5.0}
+
+    def regret(spec):
+        return rng.normal(worse[spec.teacher] if spec.id == GRID else 5.0, 0.5 if spec.id == GRID else 2.0)
+
+    first = said(tmp_path, worse, {"ids": FAMILIES, "seeds": 20}, regret=regret)[0]
+    assert "is not decided" in first or "loses as much" in first
+    assert ", but it loses more with planted:Grudge(after=2) in gridworld: " in first
+
+
+def test_families_of_different_seeds_weigh_the_same(tmp_path):
+    means = {(OWN, GRID): 5.0, ("mix", GRID): 5.0, (OWN, BANDIT): 20.0, ("mix", BANDIT): 5.0}
+    changes = {"ids": [GRID, BANDIT], "seeds": 30, "fewer": {BANDIT: {"seeds": 6}}}
+    first = said(tmp_path, means, changes, noise=0.02)[0]
+    score = float(re.search(r"score (\S+) ", first)[1].replace("\N{MINUS SIGN}", "-"))
+    assert score == pytest.approx((0 - 15 / 25) / 2, abs=0.02), "the mean over the families, not over their seeds"
+    assert "No: the data exclude" not in first
+    assert re.search(r"bandits \S+ \[[^;]*\(20.\d against 5.\d\), n = 6\.", first)
+
+
+def test_a_pair_without_data_is_not_answered_by_another(tmp_path):
+    means = {OWN: 5.0, "mix": 6.0, "oracle": 1.0}
+    compare = {"compare": [[OWN, "oracle"], ["mix", "oracle"]]}
+    first, second, *_ = said(tmp_path, means, compare, played=lambda spec: spec.teacher != OWN)
+    assert first == (
+        "Nothing can be said about planted:Grudge(after=2) and oracle: no student that reads what teachers say was "
+        "taught by both on the same seeds. 40 of 60 episodes have been played."
+    )
+    assert second.startswith("Whether obedient loses more with mix or with oracle is not decided")
+
+
+@pytest.mark.parametrize(
+    ("changes", "played"),
+    [({}, lambda spec: (spec.seed < 10) == (spec.teacher == OWN)), ({"students": ["random"]}, lambda spec: True)],
+)
+def test_a_question_without_any_data_is_answered_by_why(tmp_path, changes, played):
+    (first,) = said(tmp_path, {OWN: 5.0, "mix": 6.0}, changes, played=played)
+    assert first.startswith("Nothing can be said about planted:Grudge(after=2) and mix: no student ")
+    assert "silent is" not in first, "a baseline that the study does not have"
+
+
+def test_the_largest_difference_without_scores_is_that_of_regret(tmp_path):
+    means = {OWN: 0.5, "oracle": 0.0, "mistake": 2.0, "silent": 19.8}
+    texts = said(tmp_path, means, {"baseline": "oracle", "compare": None}, pair=(OWN, "oracle"))
+    largest = next(text for text in texts if text.startswith("Largest "))
+    assert re.search(r": silent for obedient is worse than oracle \(\+19\.\d \[\S+ \S+ moves wasted", largest)
+
+
+@pytest.mark.parametrize(
+    ("base", "shown"),
+    [(1.1e-9, r"\(1\.\S*e\S09 against 2\.\S*e\S09\)"), (1.1e12, r"\(1\.\S*e\+12 against 2\.\S*e\+12\)")],
+)
+def test_regrets_of_any_size_are_legible(tmp_path, base, shown):
+    first = said(tmp_path, {OWN: base, "mix": 2 * base}, noise=0.01)[0]
+    assert re.search(shown, first)
+
+
+def test_one_seed_is_one_seed(tmp_path):
+    assert ": 1 seed is too few for any difference" in said(tmp_path, {OWN: 9.0, "mix": 2.0}, {"seeds": 1})[0]
+
+
+def test_what_was_changed_after_data_is_said(tmp_path):
+    planted = Planted("", {OWN: 5.0, "mix": 6.0, "oracle": 1.0}, one(OWN, "mix", evidence=""), {"seeds": 8})
+    study = planted.made()
+    with Store(filled(tmp_path / "s.db", ())) as store:
+        store.define({"study": study.as_dict(), "versions": {}})
+        for record in planted.records(study):
+            store.add(record)
+        texts = {
+            name: " ".join(findings(read(store, replace(study, **changes))))
+            for name, changes in {
+                "nothing": {},
+                "added": {"teachers": [*study.teachers, "silent"], "students": [*study.students, "text_only"]},
+                "compare": {"compare": [[OWN, "oracle"]]},
+                "question": {"question": "Is it better?"},
+                "seeds": {"seeds": 6},
+                "teachers": {"teachers": [OWN, "mix"]},
+            }.items()
+        }
+    for name, text in texts.items():
+        if name in ("nothing", "added"):
+            assert "Changed after data" not in text
+        else:
+            played = {"seeds": 18, "teachers": 16}.get(name, 24)
+            assert f"Changed after data. {played} episodes had been played before {name} got the present form." in text
+
+
+def test_a_student_looks_the_same_in_both_figures_and_rows_say_against_whom(tmp_path):
+    """The first comparison has no score with `obedient`, since nothing is lost in bandits."""
+
+    def regret(spec):
+        means = {"oracle": 2.0, OWN: 2.1 if spec.student == "obedient" else 5.0, "mix": 6.0}
+        nothing = spec.student == "obedient" and spec.id == BANDIT and spec.teacher != "mix"
+        return 0.0 if nothing else means[spec.teacher] * (0.9 + 0.01 * spec.seed)
+
+    study = {"ids": [GRID, BANDIT], "students": ["obedient", "text_only"], "teachers": ["oracle", OWN, "mix"]}
+    study |= {"compare": [[OWN, "oracle"], [OWN, "mix"]]}
+    for baseline in ("silent", "mix"):
+        path = tmp_path / baseline
+        path.mkdir()
+        _, html = written(path, Planted("", {}, (), {**study, "baseline": baseline}, regret=regret))
+        start, end = (html.index(f'id="findings-{name}"') for name in ("scores", "differences"))
+        for figure in (html[start:end], html[end:]):
+            assert re.findall(r">(obedient|text_only)<", figure)[:2] == ["obedient", "text_only"]
+        assert not re.search("(against|with) (<code>)?silent", html[start:end]), "the study does not have it"
+        assert ("against mix, or the teacher that is named: above 0" in html[start:end]) == (baseline == "mix")
+
+
+def test_a_long_label_breaks_between_kinds():
+    assert folded("only(kinds='reward+praise+blame')") == "only(kinds='reward+praise+\nblame')"
+    assert folded("mistake(eps=0.3) against delayed(turns=2)") == "mistake(eps=0.3) against\ndelayed(turns=2)"

@@ -138,7 +138,7 @@ def test_words_from_elsewhere_are_printed(capsys):
     print_audits([found])
     shown = capsys.readouterr().out
     claims, there, here = found.displaced()[FP]
-    assert "from elsewhere by misaligned in llf-gridworld-v0" in shown
+    assert "claims from other worlds by misaligned in llf-gridworld-v0" in shown
     assert re.search(rf"fp +{claims} +{there} +{here} \({here / claims:.0%}\)", shown)
 
 
@@ -230,6 +230,9 @@ def test_an_answer_that_leaks():
     ("spec", "reveals"),
     [
         ("ruler | worked_example(n=3)", True),
+        ("ruler | partial(worlds=256)", True),
+        ("partial(worlds=256) | ruler", False),
+        ("placebo | misaligned", True),
         ("worked_example(n=3) | ruler", False),
         ("verification | delayed(turns=1)", False),
         ("verification | mix | worked_example | only(kinds='r')", False),

@@ -319,6 +319,8 @@ def test_play_takes_options():
     assert "square 4" in llf("play", LAKE, "--option", "is_slippery=false", text="down\nquit\n").stdout
     assert "square 4" in llf("play", LAKE, "--option", "is_slippery=False", text="down\nquit\n").stdout
     assert "an option must be NAME=VALUE" in llf("play", LAKE, "--option", "slippery").stderr
+    twice = llf("play", LAKE, "--option", "is_slippery=false", "--option", "is_slippery=true")
+    assert "each option must be given once, got is_slippery twice" in twice.stderr
 
 
 def test_audits_take_options():

@@ -33,6 +33,34 @@ def test_hedged_lies_are_caught(p):
     assert not audit(GRID, "partial(worlds=16)", turns=60).overconfident
 
 
+@personality()
+def lost_in_truth(claims, view, rng, *, p: float = 0.6, share: float = 0.08):
+    """Hedges few lies at 99 %, and much truth far below what it is worth, so that the sums cancel."""
+    for each in claims:
+        if each.kind:
+            lie = view.distort(each, rng) if rng.random() < share else None
+            return [hedge(lie, 0.99) if lie else hedge(each, p)]
+    return []
+
+
+def test_lies_among_timid_truth_are_caught():
+    found = audit(GRID, lost_in_truth(), turns=600)
+    assert found.hedges.p_value > 0.1
+    assert found.caught
+    assert found.overconfident
+    assert not found.contradictions
+
+
+def test_an_honest_teacher_is_not_overconfident_by_worlds_that_come_again():
+    """In each combination of student and instruction type other seeds are played: one hard world is counted once."""
+    found = audit("llf-bandits-BanditTenArmedRandomFixed-v0", "partial(worlds=256)", turns=300)
+    assert not found.caught
+    assert found.hedges.verdict == "calibrated"
+    assert audit(
+        "llf-bandits-BanditTenArmedRandomFixed-v0", "partial(worlds=64) | overconfident", turns=300
+    ).overconfident
+
+
 class Chameleon(str):
     """Equals everything, and prints another room."""
 

@@ -7,8 +7,10 @@ import pytest
 
 from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.studies.analysis import contrasts
+from llf_teacher.studies.analysis.evidence import finding
 from llf_teacher.studies.analysis.outcomes import outcomes
 from llf_teacher.studies.analysis.primary import enough, least, primary
+from llf_teacher.studies.analysis.scores import pairs
 from llf_teacher.studies.analysis.sequential import adjusted, levels, levels_of
 from llf_teacher.studies.analysis.statistics import holm, paired_difference
 from llf_teacher.studies.definition.design import InterimAnalyses
@@ -84,12 +86,13 @@ def test_regret_in_no_arm_is_no_difference():
     assert (one.mean, one.more(1)) == (0, None)
 
 
-def test_families_with_fewer_seeds_count_where_they_were_played():
+def test_families_with_fewer_seeds_weigh_as_much_as_others():
     told = [*rows([4.0, 6, 4, 6]), *rows([2.0, 3, 2, 3], teacher="oracle")]
     told += [*rows([9.0], "slow"), *rows([9.0], "slow", teacher="oracle")]
     (one,) = primary(outcomes(told), "silent", None)
     plain = (np.array([4.0, 6, 4, 6]) - [2, 3, 2, 3]) / 7.5
-    assert one.mean == pytest.approx(np.mean([plain[0] / 2, *plain[1:]]))
+    assert one.mean == pytest.approx(plain.mean() / 2) == pytest.approx(np.mean(one.shares))
+    assert one.score.estimate.n == 4
 
 
 def test_p_is_adjusted_by_holm_over_what_is_declared():
@@ -181,3 +184,22 @@ def test_a_study_declares_its_primary_comparisons(tmp_path):
 def test_bad_declarations_are_refused(given, match):
     with pytest.raises(ValueError, match=match):
         Study(**{**STUDY.as_dict(), "primary": given})
+
+
+def test_single_families_of_many_comparisons_are_adjusted_for_all_of_them():
+    """What an answer says about single families is true of all answers of a study together."""
+    teachers = [f"mistake(eps=0.{i})" for i in range(1, 9)]
+    found = 0
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        told = [
+            row
+            for family in "abcd"
+            for teacher in ("silent", *teachers)
+            for row in rows(rng.normal(5, 1, 12), family, teacher=teacher)
+        ]
+        there = outcomes(told)
+        both = pairs(there, "silent")
+        every = [finding(each, len(teachers), ALL, both) for each in primary(there, "silent", ALL)]
+        found += any(each.against or each.along for each in every)
+    assert found <= 5, "of 40 studies without an effect, 5 % may name a family"

@@ -94,7 +94,7 @@ def test_everyone_appears(html):
     text = text_of(html)
     for spec in (*STUDY.teachers, *STUDY.students):
         assert spec in text
-    for words in ("reads nothing", "reads words", "reads atoms", "moves wasted", "3 simulated teachers", "3 seeds"):
+    for words in ("reads nothing", "reads words", "reads claims", "moves wasted", "3 simulated teachers", "3 seeds"):
         assert words in text
     assert "27 episodes in all" in text
     assert "27 of 27 episodes played" in text

@@ -18,6 +18,7 @@ from llf_teacher.studies.report import page, render, to_toml
 from llf_teacher.studies.report.data import read
 from llf_teacher.studies.report.parts import findings
 from llf_teacher.studies.store import Store
+from teachers.personality import personality
 
 STUDY = Study(
     ids=("llf-bandits-BanditTenArmedRandomFixed-v0", "llf-gridworld-v0"),
@@ -70,8 +71,8 @@ def test_with_too_few_seeds_findings_say_so_at_once(path):
     assert "Not decided: 4 seeds are too few for any difference to be significant." in text
     assert "Too few seeds. With 4 seeds and 2 primary comparisons the smallest possible p is 0.25" in text
     assert "It takes at least 7 seeds." in text
-    assert "No difference is supported." in text
-    assert "Needed: of the 2 open comparisons the nearest, oracle for obedient" in text
+    assert "No primary comparison is significant. That is no proof that teachers are alike." in text
+    assert "Needed: of the 2 comparisons that are not decided the nearest, oracle for obedient" in text
 
 
 def test_the_largest_surprise_contradicts_what_is_said(path):
@@ -83,6 +84,20 @@ def test_the_largest_surprise_contradicts_what_is_said(path):
     assert surprise.found is better
     assert surprise.teacher.truthful < surprise.baseline.truthful
     assert surprise.baseline.distorted == 0
+
+
+@personality()
+def picky(claims, view):
+    """Looks for a kind that there is not."""
+    return [claim for claim in claims if claim.kind == "prais"]
+
+
+def test_a_teacher_that_said_nothing_is_named(tmp_path):
+    picky_ = f"{__name__}:picky"
+    study = Study(ids=STUDY.ids[:1], teachers=["silent", picky_, "oracle"], students=["obedient"], seeds=1, max_turns=2)
+    text = told(render(Store(stored(tmp_path / "s.db", study)), study))
+    assert f"{picky_} said nothing in any episode: its results are those of silence." in text
+    assert text.count("said nothing") == 1
 
 
 def test_findings_without_a_baseline_say_what_they_need(path):

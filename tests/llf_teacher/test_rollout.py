@@ -197,6 +197,13 @@ class Unshown:
 ODD = {"None": None, "7": 7, "bytes": b"Response: north", "error": ValueError("no idea"), "unshown": Unshown()}
 
 
+@pytest.mark.parametrize("id", ["llf-poem-Haiku-v0", "llf-gridworld-v0"])
+def test_a_lone_surrogate_is_a_question_mark(id):
+    (played,) = rollout(lambda prompt: "Rain \ud800 falls", id, 1, max_turns=2)
+    assert [turn.answer for turn in played.turns] == ["Rain ? falls"] * 2
+    assert "\ud800" not in f"{played.messages}"
+
+
 @pytest.mark.parametrize("id", [GRID, "llf-poem-Haiku-v0", "llf-bandits-BanditTwoArmedHighLowFixed-v0"])
 @pytest.mark.parametrize("odd", ODD.values(), ids=ODD)
 def test_an_odd_answer_is_a_turn_without_an_action_and_no_other_changes(id, odd):

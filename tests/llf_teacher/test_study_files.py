@@ -97,6 +97,20 @@ def test_no_file_of_a_study_is_replaced(tmp_path):
     (tmp_path / "card.json").write_bytes(path.read_bytes())
     with pytest.raises(ValueError, match=r"cannot write the card to .*: it is an SQLite file"):
         check_file(tmp_path / "card.json")
+    program = tmp_path / "moods.py"
+    program.write_text("def grudge(claims, view):\n    return claims\n")
+    code = program.read_bytes()
+    with Store(path, read_only=True) as store:
+        for what, write in {
+            "report": lambda to: write_report(store, small(seeds=1), to),
+            "archive": lambda to: write_archive(path, to),
+        }.items():
+            with pytest.raises(ValueError, match=rf"cannot write the {what} to .*moods.py: it is a file that is not a"):
+                write(program)
+        assert program.read_bytes() == code
+        for write, name in ((write_report, "r"), (write_archive, "a")):  # what they wrote themselves is replaced
+            for _ in range(2):
+                write(*((store, small(seeds=1)) if name == "r" else (path,)), tmp_path / name)
     told = llf("study", "diff", "s.db", "s.db", "--html", "s.db", cwd=tmp_path)
     assert "cannot write the comparison to s.db" in told.stderr
     assert before == (path.read_bytes(), toml.read_bytes())

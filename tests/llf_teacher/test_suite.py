@@ -113,8 +113,8 @@ def test_the_interval_has_the_noise_of_the_unit():
 @pytest.mark.parametrize(
     ("given", "why"),
     [
-        (arms(5, 10, unit_worse=0.0), "the reference does not do significantly better with the teacher"),
-        (arms(0.0, 0.5, noise=0.1), "nothing left to save"),
+        (arms(5, 10, unit_worse=0.0), "not even the scripted student gains significantly here"),
+        (arms(0.0, 0.5, noise=0.1), "nothing to gain"),
         (arms(5, 10, unread={"any": 0.6, "other": 0.1}), "60% of the answers to any were no actions"),
         (arms(5, 10, unread={"any": 0.6, "other": 0.8}), "70% of the answers were no actions"),
         (arms(5, 10, n=4), "4 seeds are too few"),
@@ -131,16 +131,16 @@ def test_a_place_that_cannot_be_measured_does_not_count():
     both = arms(5, 10) | {"there": arms(0, 10, unit_worse=0.0)["here"]}
     found = score(both)
     assert list(found.places) == ["here"]
-    assert "there: the reference does not do significantly better" in found.why
+    assert "there: not even the scripted student gains significantly here" in found.why
 
 
 @pytest.mark.parametrize(
     ("taught", "placebo", "silence", "said"),
     [
         (2, 8, 8, "The student uses blame: 0."),
-        (2, 2, 8, "it does better with the placebo's moments than in silence: it learns from when the teacher speaks."),
-        (5, 9, 5, "it is harmed by the placebo rather than helped by the teacher."),
-        (8, 8, 8, "No ability differs significantly from none."),
+        (2, 2, 8, "it does better with useless words than in silence: it learns from when the teacher speaks."),
+        (5, 9, 5, "it is harmed by useless words rather than helped by the teacher."),
+        (8, 8, 8, "No ability was shown significantly."),
     ],
 )
 def test_an_ability_is_said_of_gains_beside_placebo_and_silence_alone(taught, placebo, silence, said):
@@ -162,7 +162,7 @@ def test_gains_that_are_not_significant_beside_silence_are_said_so():
     card = Card.of(
         "it", all_experiments(), {"blame": score({"here": losses._replace(silent=noisy)})}, [], [], **SETTINGS
     )
-    assert "does better than with the placebo, but not significantly better than in silence" in card.sentences()[1]
+    assert "does better than with useless words, but not significantly better than in silence" in card.sentences()[1]
 
 
 SETTINGS = {"suite": "suite-v1", "digest": "", "key": "", "quick": False}
@@ -200,7 +200,7 @@ def test_the_reference_has_1_and_chance_has_0(store):
     assert [each.score for each in best.lines] == pytest.approx([1, 0])
     deaf = take("random", store, ["advice", "turncoat"], quick=True, workers=1)
     assert [each.score for each in deaf.lines] == [pytest.approx(0), None]
-    assert "it does not do significantly better with the teacher than in silence" in deaf.lines[1].why
+    assert "it does not gain significantly by the teacher" in deaf.lines[1].why
     assert "takes advice" in best.sentences()[0]
 
 
@@ -221,7 +221,7 @@ def test_a_believer_that_keeps_nothing_in_silence_does_not_notice_that_a_teacher
     """It loses nothing by lies, as it had nothing left of the truth."""
     card = take(Believer, store, ["advice", "turncoat"], quick=True, workers=1)
     assert card.lines[0].score > 0.9
-    assert f"{ARMS}: it does not do significantly better with the teacher" in card.lines[1].why
+    assert f"{ARMS}: it does not gain significantly by the teacher" in card.lines[1].why
     assert ARMS not in card.lines[1].places
 
 
@@ -302,6 +302,11 @@ def test_a_card_with_a_byte_order_mark_is_read_and_one_without_a_checksum_is_not
     assert check(tmp_path / "card.json").student == "obedient"
     (tmp_path / "card.json").write_text(text.replace('"checksum"', '"sum"'))
     with pytest.raises(CardError, match="it has no checksum"):
+        Card.load(tmp_path / "card.json")
+    twice = text.replace('"student"', '"student": "perfect", "student"', 1)  # the checksum is that of the last one
+    assert json.loads(twice) == json.loads(text)
+    (tmp_path / "card.json").write_text(twice)
+    with pytest.raises(CardError, match="each key must occur once"):
         Card.load(tmp_path / "card.json")
 
 
@@ -392,7 +397,7 @@ def test_an_agent_that_raises_is_not_measured(store):
     assert re.fullmatch(r".*out of order.* \(test_suite\.py, line \d+\)", card.error)
     first, rest = card.sentences()
     assert first == "Nothing was measured."
-    assert rest.startswith("The quick suite cannot judge")
+    assert rest.startswith("Only the whole suite asks whether it ")
 
 
 class Flaky:
@@ -504,11 +509,11 @@ def test_failing_answers_in_controls_do_not_make_a_good_score(tmp_path):
     failing = [lessons[kind].no_action for kind in ("better", "worse", "silent")]
     assert failing[0] == 0 < failing[1] == failing[2]
     assert line.too == "too high"
-    counts = f"0 of 40 with the teacher's words, {failing[1]} of 40 with the placebo, {failing[2]} of 40 in silence"
+    counts = f"0 of 40 with the teacher's words, {failing[1]} of 40 with useless words, {failing[2]} of 40 in silence"
     assert line.readable.score == pytest.approx(whole.score, abs=0.1)
     assert line.readable.seeds == 8 - failing[1] // 5
     (said,) = (each for each in bad.sentences() if "takes advice" in each)
-    assert "the score is too high, since more answers failed with the placebo" in said
+    assert "the score is too high, since more answers failed with useless words" in said
     assert counts in said
     assert f"it is {line.readable.words}, p " in said
     for text in (bad.as_markdown(), bad.as_html().replace("&#39;", "'")):
@@ -520,7 +525,9 @@ def test_failing_answers_in_controls_do_not_make_a_good_score(tmp_path):
 def test_failing_answers_in_the_better_lessons_make_a_low_score(tmp_path):
     line = take(BrokenWhenAdvised, tmp_path / "it.db", (), True, workers=1).lines[0]
     assert line.too == "too low"
-    assert "the score is too low, since more answers failed with the teacher's words than with the placebo" in line.did
+    assert (
+        "the score is too low, since more answers failed with the teacher's words than with useless words" in line.did
+    )
 
 
 def tilted(score_, worse, better=0, **more):
@@ -546,7 +553,7 @@ def test_a_score_that_is_too_high_shows_an_ability_only_by_the_worlds_without_fa
     each = tilted(1.3, 20, readable=readable)
     assert each.shown is shown
     first = replace(card, lines=[each]).sentences()[0]
-    assert first.startswith("The student b: 1.30" if shown else "Whether it b is open: 1.30")
+    assert first.startswith("The student b: 1.30" if shown else "Whether it b is not decided: 1.30")
     assert "too high" in first
     assert tilted(1.3, 2, readable=readable).shown  # few failing answers
     assert tilted(1.3, 0, 20, readable=readable).shown  # too low
@@ -562,7 +569,7 @@ def test_where_an_ability_is_to_take_no_notice_failing_answers_in_the_worse_less
 def test_failing_answers_in_silence_alone_are_said_to_raise_the_score_beside_silence():
     lessons = {"better": LessonAnswers(turns=40), "silent": LessonAnswers(turns=40, no_action=20)}
     each = tilted(1.0, 0, answers=AnswerSummary(turns=120, lessons=lessons), silence=line(1.3, 0.1))
-    assert "the score beside silence is too high, since more answers failed in silence" in each.bias
+    assert "the score against silence is too high, since more answers failed in silence" in each.bias
     assert not each.shown
 
 
@@ -761,4 +768,4 @@ def test_a_low_score_is_an_ability_in_part_and_what_is_lacking_is_counted(store)
 def test_a_suite_without_a_student_says_what_to_give():
     result = CliRunner().invoke(app, ["suite"])
     assert result.exit_code == 2
-    assert "give --student SPEC" in result.output
+    assert "give --student, such as" in result.output

@@ -219,7 +219,7 @@ def test_text_mode_with_words_of_ones_own():
 def test_phrases_by_class_by_name_and_from_a_file(tmp_path):
     lines = [f"{name} = {[*phrases]!r}" for name, phrases in PHRASES.items()]
     flat, voiced = tmp_path / "flat.toml", tmp_path / "voiced.toml"
-    flat.write_text("\n".join(lines))
+    flat.write_text("\n".join(lines), encoding="utf-8-sig")
     voiced.write_text("\n".join(["[plain]", *lines]))
     module = vars(__import__("lake"))
     by_class = {module[name]: phrases for name, phrases in PHRASES.items()}

@@ -9,6 +9,9 @@ import llf_teacher
 from llf_teacher.studies import run
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.runner import RunOptions
+from llf_teacher.studies.report import findings
+from llf_teacher.studies.report.data import read
+from llf_teacher.studies.store import Store
 from pz_envs.registered import registered
 from teachers.personality import PersonalityError, personality
 
@@ -140,7 +143,13 @@ def test_a_study_whose_episodes_all_failed_says_why_each_time(tmp_path):
 def test_a_teacher_that_errs_otherwise_fails_its_episodes_alone(tmp_path, write):
     write(SAYS.format("claims if view.turn else 1 / 0"))
     with pytest.warns(RuntimeWarning, match="2 of 4 episodes failed, the first: .*ZeroDivisionError"):
-        play(tmp_path / "s.db").close()
+        results = play(tmp_path / "s.db", compare=[["wrong_form:Mine", "silent"]])
+    with results, Store(tmp_path / "s.db", read_only=True) as store:
+        first, *_ = findings(read(store, results.study))
+    assert first == (
+        "Nothing can be said about wrong_form:Mine and silent: no student that reads what teachers say was taught by "
+        "both on the same seeds. 2 of 4 episodes have been played, 2 failed."
+    )
 
 
 def test_what_is_no_claim_is_refused_in_a_lesson():

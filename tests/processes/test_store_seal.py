@@ -98,7 +98,7 @@ def test_all_readers_are_tried():
     listed = re.findall(
         r"^\W*(\w+)  +\w", llf("study", "--help").stdout.partition("Commands")[2].partition("\u2570")[0], re.MULTILINE
     )
-    assert set(listed) - {"run"} == {command for command, *_ in READERS.values()}
+    assert set(listed) - {"run", "rescue"} == {command for command, *_ in READERS.values()}
 
 
 def copied_without_log(live, copy):
@@ -285,6 +285,50 @@ def test_a_store_that_lacks_a_row_is_read_by_nobody(tmp_path):
         result = read_by(name, path, tmp_path)
         assert result.returncode == (1 if name == "check" else 2), (name, result.stdout)
         assert re.search(r"s\.db.* the table result has 7 rows instead of 8", result.stderr)
+
+
+def test_a_store_with_a_changed_value_is_read_by_nobody_and_rescued(tmp_path):
+    path, new, again = played(tmp_path / "s.db", small(seeds=1)), tmp_path / "new.db", tmp_path / "again.db"
+    untouched = llf("study", "export", path, tmp_path / "untouched.csv")
+    assert untouched.returncode == 0
+    with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as db:
+        db.executescript(
+            "UPDATE result SET regret = regret + 1 WHERE number = 3; UPDATE story SET packed = x'00' WHERE number = 5"
+        )
+    for name in READERS:
+        result = read_by(name, path, tmp_path)
+        assert result.returncode == (1 if name == "check" else 2), (name, result.stdout)
+        assert re.search(r"s\.db.*result, row 3|s\.db.*row 3", result.stderr)
+    before = path.read_bytes()
+    result = llf("study", "rescue", path, new)
+    assert (result.returncode, path.read_bytes()) == (0, before), result.stderr
+    assert "6 of 8 episodes" in result.stdout
+    assert llf("study", "check", new).returncode == 0
+    assert "exists; give a file" in llf("study", "rescue", path, new).stderr
+    played(new, small(seeds=1))
+    assert rows(new) == rows(played(again, small(seeds=1)))
+
+
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.full) for seed in (1, 2))])
+def test_what_is_rescued_is_whole(tmp_path, seed):
+    """Zeroed pages and cut ends lose episodes, and never change one."""
+    path, harmed = played(tmp_path / "s.db", small(seeds=2)), tmp_path / "harmed.db"
+    data, rng, good, saved = path.read_bytes(), np.random.default_rng(seed), rows(path), 0
+    for number in range(12):
+        bad, place = bytearray(data), int(rng.integers(16_384, len(data)))
+        bad[place:] = b"" if number % 2 else bytes(4096) + bad[place + 4096 :]
+        harmed.write_bytes(bad)
+        new = tmp_path / f"{number}.db"
+        result = llf("study", "rescue", harmed, new)
+        assert "Traceback" not in result.stderr
+        assert result.returncode in (0, 2)
+        if result.returncode:
+            assert "harmed.db" in result.stderr
+            assert not new.exists()
+        else:
+            assert all(row in known for found, known in zip(rows(new), good, strict=True) for row in found)
+            saved += 1
+    assert saved > 0
 
 
 def test_a_flipped_bit_in_the_schema_has_the_name_of_its_file(tmp_path):

@@ -157,7 +157,7 @@ def test_what_was_left_out_is_said_and_the_next_run_goes_on_with_it(tmp_path, cl
     assert [each.name for each in first.lines] == ["advice", "silence"]
     (hints,) = (each for each in first.sentences() if each.startswith("Left out: combines hints"))
     assert "at 5 s a turn it does not fit 20 minutes" in hints
-    assert first.sentences()[-1].startswith("The quick suite cannot judge, and the whole one asks, whether it heeds")
+    assert first.sentences()[-1].startswith("Only the whole suite asks whether it heeds")
     assert (len(second.lines), second.left_out) == (4, {})
 
 
@@ -244,14 +244,14 @@ def test_the_card_of_a_model_that_obeys(tmp_path):
     assert by_name["turncoat"].did.startswith("It lost by this, 1")
     assert by_name["advice"].answers.followed == by_name["advice"].answers.advised == 40
     assert by_name["advice"].answers.words.startswith("All of its 120 answers were actions.")
-    assert "The quick suite cannot judge, and the whole one asks, whether it heeds warnings;" in card.sentences()[-1]
+    assert "Only the whole suite asks whether it heeds warnings;" in card.sentences()[-1]
 
 
 @pytest.mark.parametrize(
     ("spec", "name", "did"),
     [
         ("obedient", "advice", r"It did: the teacher spared it 100% of the loss that it spares a scripted student "),
-        ("random", "advice", r"(It did not|This is open): the teacher spared it"),
+        ("random", "advice", r"(It did not|This is not decided): the teacher spared it"),
         ("random", "turncoat", r"This could not be measured: .*no gain to lose"),
         ("obedient | mishears(p=0.3)", "advice", r"It did in part: the teacher spared it \d\d% of"),
         ("obedient", "turncoat", r"It lost by this, 100% of what it costs a scripted student that obeys\."),
@@ -280,12 +280,12 @@ def test_a_lesson_can_be_opened(scripted, tmp_path):
     assert done.returncode == 0, done.stderr
     assert "a turn takes" in " ".join(done.stderr.split())
     assert "Ctrl-C ends it; the same command goes on: llf suite --student obedient" in done.stderr
-    (command,) = re.findall(r"a lesson: llf (study transcript llf-suite\.db [0-9a-f]{12})\n", done.stdout)
+    (command,) = re.findall(r"an episode: llf (study transcript llf-suite\.db [0-9a-f]{12})\n", done.stdout)
     assert "If your code has changed" not in done.stderr
     opened = llf(*command.split(), cwd=tmp_path).stdout
     assert "[5] student: " in opened
     for file in files[:2]:
-        assert "<details><summary>A lesson, turn by turn</summary>" in file.read_text()
+        assert "<details><summary>An episode, turn by turn</summary>" in file.read_text()
         assert "[5] student: " in file.read_text()
     assert Card.load(files[2]).lines[0].answers.transcript.strip() == opened.strip()
 

@@ -33,6 +33,24 @@ def test_what_is_bent_is_found(factor, verdict, rng):
     assert found.count(verdict) >= 48, found
 
 
+def test_intervals_are_judged_apart(rng):
+    """Few certain lies among timid truth cancel in the sum of all, and show in their interval."""
+    found = Reliability()
+    for _ in range(40):
+        found.add([(0.99, False), *[(0.6, True)] * 14])
+    assert found.verdict == "timid"
+    assert found.overstated < 1e-6
+    calibrated = []
+    for _ in range(300):
+        found = Reliability()
+        for _ in range(20):
+            sure = rng.choice([0.55, 0.65, 0.75, 0.85, 0.95, 0.99], size=8)
+            found.add((float(p), bool(rng.random() < p)) for p in sure)
+        calibrated.append(found.overstated < 0.01)
+    assert sum(calibrated) <= 12
+    assert Reliability().overstated == 1
+
+
 def test_scores_and_table_are_those_of_their_definitions():
     found = Reliability()
     found.add([(0.6, True), (0.6, False), (0.69, True)])

@@ -1,6 +1,7 @@
 """Environments with state outside of their attributes: a teacher that plans never changes its student's world."""
 
 import os
+import sys
 import warnings
 from dataclasses import replace
 from types import ModuleType
@@ -9,8 +10,10 @@ import gymnasium
 import pytest
 
 import llf_teacher
+from pz_envs.lesson import SharedStateWarning
 from teachers.planning import Exact, Expert, PlanningError
 from teachers.planning.planner import RewardsOnlyWarning
+from teachers.reward_oracle import RewardOracle
 from worlds.wrapped.shared import SharedState
 
 _ROW = """
@@ -395,9 +398,15 @@ class Own(Row):
 """Sources of environments that keep their state in attributes."""
 
 
+@pytest.fixture(autouse=True)
+def _no_rows():
+    yield
+    sys.modules.pop("rows", None)
+
+
 def built(source):
     """The environment of a source, in a module of its own, so that nothing is left of other tests."""
-    module = ModuleType("rows")
+    module = sys.modules["rows"] = ModuleType("rows")
     exec(_ROW + source, vars(module))
     return module.Own
 
@@ -549,6 +558,121 @@ class Own(Row):
     assert not shared.changed()
     assert (env.get(), type(env).total, str(type(env).luck.bit_generator.state)) == (0, 0, before)
     assert "ROW_SET_BACK" not in os.environ
+
+
+class Restores(RewardOracle):
+    """An oracle of a user's own, which may step copies."""
+
+    needs_truth = True
+
+
+def test_a_users_own_oracle_in_a_shared_world_is_warned_of():
+    made = built(TURNED + COUNTED["a callable object of the class"])
+    with pytest.warns(SharedStateWarning, match="a step changes the class attribute Own.count.*needs_truth = False"):
+        llf_teacher.teach(made(), Restores)
+    assert made.count() == 1, "what was tried is set back"
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        llf_teacher.teach(built(_OWN)(), Restores)
+        llf_teacher.teach(made())
+
+
+COUNTED = {  # where a counter of all steps may be, which reset leaves as it is; `first` sets it to 0
+    "a name of the class that is computed": """
+    def count(self):
+        setattr(type(self), "now", vars(type(self)).get("now", 0) + 1)
+        return type(self).now
+""",
+    "an attribute of the metaclass": """
+    def count(self):
+        meta = type(type(self))
+        meta.now = getattr(meta, "now", 0) + 1
+        return meta.now
+""",
+    "a name of the module that is computed": """
+    def count(self):
+        space = globals()
+        space["now"] = space.get("now", 0) + 1
+        return space["now"]
+""",
+    "a callable object of the class": """
+    class Call:
+        now = 0
+        def __call__(self):
+            self.now += 1
+            return self.now
+    count = Call()
+""",
+    "a descriptor": """
+    class Field:
+        now = 0
+        def __get__(self, env, cls=None):
+            self.now += 1
+            return self.now
+    field = Field()
+    def count(self): return self.field
+""",
+    "slots of an object that copies itself as itself": """
+    class Box:
+        __slots__ = ("now",)
+        def __deepcopy__(self, memo): return self
+    def first(self):
+        self.box = self.Box()
+        self.box.now = 0
+    def count(self):
+        self.box.now += 1
+        return self.box.now
+""",
+    "a number of C": """
+    total = ctypes.c_int(0)
+    def count(self):
+        self.total.value += 1
+        return self.total.value
+""",
+    "an array of Python": """
+    total = array.array("i", [0])
+    def count(self):
+        self.total[0] += 1
+        return self.total[0]
+""",
+    "a file of NumPy": """
+    def count(self):
+        now = int(np.load("now.npy")) + 1 if os.path.exists("now.npy") else 1
+        np.save("now.npy", now)
+        return now
+""",
+    "the number of files in a folder": """
+    def count(self):
+        now = len(os.listdir("."))
+        os.mkdir(str(now))
+        return now
+""",
+}
+TURNED = """
+class Meta(type(gymnasium.Env)):
+    pass
+class Own(Row, metaclass=Meta):
+    def get(self): return self.at
+    def put(self, at): self.at = at
+    def step(self, action):
+        return super().step(int(action) ^ (self.count() % 3 == 0))
+"""
+
+
+@pytest.mark.parametrize("name", COUNTED)
+def test_counters_that_copies_share_are_set_back(name, monkeypatch, tmp_path):
+    """The world, whose action is turned round at each third step of all environments, is as without a teacher."""
+    traces = []
+    for oracle in (None, "auto"):
+        (folder := tmp_path / f"{oracle}").mkdir()
+        monkeypatch.chdir(folder)
+        env = built("import array, ctypes" + TURNED + COUNTED[name])()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RewardsOnlyWarning)
+            seat = llf_teacher.teach(env, oracle=oracle, max_turns=12)
+        assert oracle is None or seat.family.planned.tier == "rewards"
+        traces.append(play(seat))
+    assert traces[0] == traces[1]
 
 
 FLIPS = """

@@ -185,6 +185,11 @@ def test_a_broken_file_is_no_voice(tmp_path):
         load_tone(tmp_path / "v.toml")
 
 
+def test_a_voice_with_a_byte_order_mark_is_read(tmp_path):
+    (tmp_path / "v.toml").write_text("shortest = 2\n", encoding="utf-8-sig")
+    assert load_tone(tmp_path / "v.toml").shortest == 2
+
+
 def rewriting(voice):
     return Rewriting(FAMILIES["gridworld"].phrasebook(), voice)
 

@@ -20,7 +20,7 @@ from worlds.actions import canonical, format_value, native, syntax
 from worlds.spaces import Prose
 from worlds.world import World, illegal
 from worlds.wrapped.position import Episode, Position, plain_parts, same, still
-from worlds.wrapped.shared import lacking
+from worlds.wrapped.shared import SharedState, lacking
 
 __all__ = ["SNAPSHOTS", "Episode", "GymWorld", "Position", "another", "faithful", "same"]
 
@@ -370,11 +370,26 @@ _NOWHERE = (Episode(0, None, None, None), -1)
 
 
 def faithful(env: _Env, copied: Callable[[_Env], _Env] = copy.deepcopy) -> bool:
-    """Whether copies of an environment continue like the original, and leave it alone. The test does not step `env`."""
+    """Whether copies of an environment continue like the original, and leave it alone.
+
+    The test does not step `env`, and sets back what its copies change of a state that they share with it.
+    """
     try:
         first = copy.deepcopy(env)
         if first is env or lacking(env, first):
             return False
+        shared = SharedState(env, [first])
+    except Exception:
+        return False
+    try:
+        return _continues(env, first, copied) and not shared.changed()
+    finally:
+        shared.restore()
+
+
+def _continues(env: _Env, first: _Env, copied: Callable[[_Env], _Env]) -> bool:
+    """The test of `faithful` with a copy of the environment."""
+    try:
         space = copy.deepcopy(env.action_space)  # that of a class is the same in all its copies
         space.seed(0)
         actions = [space.sample() for _ in range(_TRIAL)]

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cached_property, partial
 from hashlib import blake2b
 from itertools import pairwise
-from types import BuiltinFunctionType, CodeType, FunctionType, MethodType, ModuleType
+from types import BuiltinFunctionType, CodeType, FunctionType, MemberDescriptorType, MethodType, ModuleType
 from typing import Any, NamedTuple
 
 import gymnasium
@@ -43,7 +43,17 @@ _CLOCKS = {  # functions with another result each time, by module
     "random": {"SystemRandom"},
     "uuid": {"uuid1", "uuid4"},
 }
-_FILES = {"read_text", "write_text", "read_bytes", "write_bytes"}  # methods of `pathlib.Path`
+_FILES = {  # methods of `pathlib.Path`
+    *("read_text", "write_text", "read_bytes", "write_bytes", "open"),
+    *("mkdir", "rmdir", "touch", "unlink", "rename", "replace", "symlink_to"),
+}
+_SAVING = {  # functions that change files or this process, by module
+    "numpy": {"save", "savez", "savez_compressed", "savetxt", "memmap"},
+    "os": {"chdir", "mkdir", "makedirs", "remove", "rename", "replace", "rmdir", "symlink", "system", "truncate"}
+    | {"umask", "unlink", "utime", "write"},
+    "shutil": {"copy", "copyfile", "copytree", "move", "rmtree"},
+}
+_CONTAINERS = list, dict, set, deque, np.ndarray
 _DRAWING = "render"  # in the names of functions that decide nothing
 
 
@@ -83,9 +93,12 @@ class SharedState:
             self._track_common(held, _held(other))
         self._read_code([each for each in held if isinstance(each, FunctionType)])
         for cls in self._classes:
-            for base in cls.__mro__:
+            for base in (*cls.__mro__, *type(cls).__mro__):
                 if id(cls) in own or base is cls:
                     self._track_class(base)
+        for name in {f"{getattr(cls, '__module__', '')}": None for cls in self._classes}:
+            if (module := sys.modules.get(name)) is not None:
+                self._track_names(module, f"the globals of {name}")
         bare = type(env.unwrapped)
         self._track("metadata", "its metadata", lambda: bare.metadata, partial(setattr, bare, "metadata"))
         self._track("context", "a context variable", _context, _set_context)
@@ -195,17 +208,23 @@ class SharedState:
         if not callable(read()):
             self._take((id(module), name), f"{module.__name__}.{name}", read, _global(vars(module), name))
 
+    def _track_names(self, owner: type | ModuleType, where: str) -> None:
+        """Track the names of a class or a module and their plain values, since code may compute names."""
+        self._track(("names", owner), where, partial(_names, owner), partial(_set_names, owner))
+
     def _check_clock(self, function: str, value: Any, names: set[str]) -> None:
         """Refuse clocks, files and chance that no seed decides."""
         home = value.__name__ if isinstance(value, ModuleType) else getattr(value, "__module__", None)
-        known = _CLOCKS.get(home, set()) if isinstance(home, str) else set()
+        known = _CLOCKS.get(home, set()) | _SAVING.get(home, set()) if isinstance(home, str) else set()
         if isinstance(value, ModuleType | type):
             asked = sorted(known & names)
         else:
             asked = [value.__name__] if getattr(value, "__name__", None) in known else []
         if isinstance(value, type) and home == "pathlib":
             asked = sorted(_FILES & names)
-        if asked:
+        if asked and asked[0] in _SAVING.get(f"{home}", ()):
+            self._refuse(f"{function} calls {asked[0]} of {home}, which changes what is outside of the program")
+        elif asked:
             self._refuse(f"{function} calls {asked[0]} of {home}, whose result is another one each time")
 
     def _check_iterator(self, where: str, value: Any) -> None:
@@ -225,11 +244,13 @@ class SharedState:
         }
         for name in sorted(stored | vars(cls).keys()):
             value = vars(cls).get(name, _MISSING)
-            if name[:2] == "__" or name[:4] == "_abc" or callable(value) or hasattr(type(value), "__get__"):
+            code = callable(value) or hasattr(type(value), "__get__")
+            if name[:2] == "__" or name[:4] == "_abc" or (code and self._is_library(type(value))):
                 continue
             where = f"the class attribute {cls.__qualname__}.{name}"
             self._check_iterator(where, value)
             self._take((cls, name), where, partial(_of_class, cls, name), partial(_set_class, cls, name))
+        self._track_names(cls, f"the attributes of the class {cls.__qualname__}")
 
     def _take(self, key: Any, name: str, read: Callable[[], Any], write: Callable[[Any], None]) -> Any:
         """Track a place unless it holds code; return its content."""
@@ -248,7 +269,7 @@ class SharedState:
         content = _MISSING
         if seen < _RESTORED and _is_mutable(value):
             try:
-                content = copy.deepcopy(value)
+                content = _saved(value)
             except Exception:  # objects may raise anything
                 content = _MISSING
         self._slots[key] = _Slot(name, read, write, value, digest, content)
@@ -375,11 +396,53 @@ def _is_mutable(value: Any) -> bool:
     return not isinstance(value, (*PLAIN, FunctionType, BuiltinFunctionType)) and value is not _MISSING
 
 
+def _names(owner: Any) -> dict[str, Any]:
+    """The plain values of a class or a module by name; an ellipsis stands for any other value."""
+    held = [*vars(owner).items()]
+    return {name: value if isinstance(value, PLAIN) else ... for name, value in held if name[:2] != "__"}
+
+
+def _set_names(owner: Any, value: Mapping[str, Any]) -> None:
+    now = _names(owner)
+    for name in now.keys() - value.keys():
+        delattr(owner, name)
+    for name, each in value.items():
+        if each is not ... and (name not in now or now[name] is not each):
+            setattr(owner, name, each)
+
+
+def _buffer(value: Any) -> memoryview | None:
+    """The writable memory of an array, a number of C and the like; None if a value has none."""
+    try:
+        memory = memoryview(value)
+        return None if memory.readonly else memory.cast("B")
+    except (TypeError, ValueError, BufferError):
+        return None
+
+
+def _inner(value: Any) -> dict[str, Any]:
+    """The attributes and slots of an object of a class of Python."""
+    places = {name for cls in type(value).__mro__ for name, each in vars(cls).items() if _is_slot(name, each)}
+    slots = {name: getattr(value, name) for name in places if hasattr(value, name)}
+    return slots | getattr(value, "__dict__", {})
+
+
+def _is_slot(name: str, value: Any) -> bool:
+    return isinstance(value, MemberDescriptorType) and name[:2] != "__"
+
+
+def _saved(value: Any) -> Any:
+    """A copy of a mutable value, for `_refill`; of an object whose copy may be itself, of its attributes."""
+    if isinstance(value, _CONTAINERS) or is_generator(value):
+        return copy.deepcopy(value)
+    return copy.deepcopy(_inner(value)) if (memory := _buffer(value)) is None else memory.tobytes()
+
+
 def _refill(value: Any, content: Any) -> None:
-    """Give a mutable object its former content."""
+    """Give a mutable object the content that `_saved` has kept."""
     if is_generator(value):
         set_back(value, content)
-    elif isinstance(value, list | bytearray):
+    elif isinstance(value, list):
         value[:] = content
     elif isinstance(value, np.ndarray):
         value[...] = content
@@ -389,9 +452,17 @@ def _refill(value: Any, content: Any) -> None:
     elif isinstance(value, deque):
         value.clear()
         value.extend(content)
-    elif hasattr(value, "__dict__"):
-        vars(value).clear()
-        vars(value).update(vars(content))
+    elif (memory := _buffer(value)) is not None:
+        memory[:] = content
+    else:
+        for name in _inner(value).keys() | content.keys():
+            slot, kept = getattr(type(value), name, None), name in content
+            if isinstance(slot, MemberDescriptorType):
+                slot.__set__(value, content[name]) if kept else slot.__delete__(value)
+            elif kept:
+                vars(value)[name] = content[name]
+            else:
+                del vars(value)[name]
 
 
 def _fingerprint(value: Any) -> tuple[int, bytes]:
@@ -411,8 +482,8 @@ def _fingerprint(value: Any) -> tuple[int, bytes]:
                 digest.update(drawn(each).encode())
             elif isinstance(each, np.ndarray) and each.dtype != object:
                 digest.update(f"{each.shape}{each.dtype}".encode() + each.tobytes())
-            elif isinstance(each, bytearray):
-                digest.update(bytes(each))
+            elif (memory := _buffer(each)) is not None:
+                digest.update(memory.tobytes())
             else:
                 held = parts(each)
                 inner = [id(each)] if held is None else list(held)

@@ -33,7 +33,7 @@ class PairEvidence(NamedTuple):
     why: str
     """Why nothing is decided; empty if something is."""
     against: tuple[str, ...]
-    """Families whose difference is significant the other way than the whole, by Holm's method over the families; if
+    """Families whose difference is significant the other way than the whole, adjusted for families and comparisons; if
     the whole is not significant, those in which the first teacher is better."""
     along: tuple[str, ...]
     """The other families with a significant difference."""
@@ -51,7 +51,7 @@ def finding(each: Primary, comparisons: int, test: Test | None, pairs: Pairs) ->
     if test is None:
         return PairEvidence(Evidence.OPEN, "nothing is tested before all episodes have been played", (), ())
     estimate, yes = each.score.estimate, each.score.p <= test.level
-    less, more = _significant(each, test, pairs)
+    less, more = _significant(each, comparisons, test, pairs)
     against, along = (less, more) if not yes or each.mean < 0 else (more, less)
     if yes:
         return PairEvidence(Evidence.YES, "", against, along)
@@ -60,7 +60,10 @@ def finding(each: Primary, comparisons: int, test: Test | None, pairs: Pairs) ->
         return PairEvidence(Evidence.OPEN, why, (), ())
     if min(1.0, comparisons * test.adjusted(least_p(estimate.n))) > test.level:
         return PairEvidence(
-            Evidence.OPEN, f"{estimate.n} seeds are too few for any difference to be significant", (), ()
+            Evidence.OPEN,
+            f"{estimate.n} seed{' is' if estimate.n == 1 else 's are'} too few for any difference to be significant",
+            (),
+            (),
         )
     same = estimate.why == "all equal" and not estimate.mean
     if same or is_small(estimate):
@@ -77,8 +80,11 @@ def is_small(score: Estimate) -> bool:
     return -SMALL <= score.low <= score.high <= SMALL
 
 
-def _significant(each: Primary, test: Test, pairs: Pairs) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """The families with a significant difference: those with less regret with the first teacher, and with more."""
+def _significant(each: Primary, comparisons: int, test: Test, pairs: Pairs) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The families with a significant difference: those with less regret with the first teacher, and with more.
+
+    By Holm's method over the families, times the number of comparisons: each of these names its own families.
+    """
     if len(each.families) < 2:
         return (), ()
     both = [pairs[each.compared][group] for group in each.families]
@@ -87,6 +93,6 @@ def _significant(each: Primary, test: Test, pairs: Pairs) -> tuple[tuple[str, ..
     named = [
         (group.family, difference.estimate.mean)
         for group, difference, p in zip(each.families, found, holm([each.p for each in found]), strict=True)
-        if p <= test.level
+        if comparisons * p <= test.level
     ]
     return tuple(name for name, mean in named if mean < 0), tuple(name for name, mean in named if mean > 0)

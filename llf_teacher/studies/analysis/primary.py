@@ -66,17 +66,20 @@ class Primary(NamedTuple):
 
 
 def scores(families: Sequence[Both], among: frozenset[int] | None = None) -> Numbers:
-    """The score of each seed, in ascending order of the seeds.
+    """The score of each seed, in ascending order of the seeds; their mean is that of the families' mean scores.
+
+    So a family with fewer seeds than others weighs as much as they do, each of its seeds more.
 
     Args:
         families: both teachers in each family.
         among: the seeds that count; None: all.
     """
-    parts = [kept(each, among) for each in families]
-    seeds = np.concatenate([seeds for seeds, *_ in parts]) if parts else np.empty(0, np.int64)
-    values = np.concatenate([symmetric(own, other) for _, own, other in parts]) if parts else np.empty(0)
-    _, place = np.unique(seeds, return_inverse=True)
-    means: Numbers = np.bincount(place, weights=values) / np.bincount(place)
+    parts = [part for each in families if len((part := kept(each, among))[0])]
+    if not parts:
+        return np.empty(0)
+    seeds, place = np.unique(np.concatenate([seeds for seeds, *_ in parts]), return_inverse=True)
+    values = np.concatenate([symmetric(own, other) * (len(seeds) / len(own)) for _, own, other in parts])
+    means: Numbers = np.bincount(place, weights=values) / len(parts)
     return means
 
 

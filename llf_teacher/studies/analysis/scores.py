@@ -1,8 +1,9 @@
 """Scores: what a teacher saves beside another, as a share of both regrets, so that families have one scale.
 
 In each family the difference of a seed is divided by the sum of the mean regrets of both teachers, and a seed's score
-is the mean of these over the families that were played with it: 0 is no difference, 1 a teacher without regret, and
-0.5 a third of the other's regret. Swapping both teachers, in all seeds or in one, keeps the scale and only flips the
+is the mean of these over the families, where a family that was played with every third seed counts threefold: so the
+mean over seeds is the mean over families. 0 is no difference, 1 a teacher without regret, and 0.5 a third of the
+other's regret. Swapping both teachers, in all seeds or in one, keeps the scale and only flips the
 sign of the score. So sign flips are exchangeable if the teachers are alike.
 
 A score says how much only where the other teacher leaves regret: against one that leaves almost none, every teacher

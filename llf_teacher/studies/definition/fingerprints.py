@@ -278,13 +278,16 @@ def differing(now: Mapping[str, str], before: Mapping[str, str] | None) -> str:
 
 
 def mixed(
-    definitions: Mapping[int, Mapping[str, Any]], rows: Iterable[tuple[Iterable[str], int, int]]
+    definitions: Mapping[int, Mapping[str, Any]],
+    rows: Iterable[tuple[Iterable[str], int, int]],
+    newest: Mapping[str, Mapping[str, str]],
 ) -> dict[str, list[int]]:
-    """The specs and ids of which several versions were played: for each version its number of episodes.
+    """The specs and ids that have several versions: for each version its number of episodes.
 
     Args:
         definitions: the definitions of a store, by revision.
         rows: the specs and ids of episodes, their revision, and their number.
+        newest: the code of the last run, by spec and id; it may have played none of these episodes.
     """
     counts: dict[str, Counter[tuple[tuple[str, str], ...] | None]] = {}
     for names, revision, number in rows:
@@ -292,10 +295,18 @@ def mixed(
         for name in names:
             version = tuple(sorted(code[name].items())) if name in code else None
             counts.setdefault(name, Counter())[version] += number
+    for name in counts.keys() & newest.keys():
+        counts[name][tuple(sorted(newest[name].items()))] += 0
     return {name: sorted(each.values(), reverse=True) for name, each in sorted(counts.items()) if len(each) > 1}
 
 
 def mixed_words(name: str, numbers: Sequence[int]) -> str:
-    """Several versions of a spec in one result, in words."""
-    *first, last = (f"{number:,}" for number in numbers)
-    return f"{len(numbers)} versions of {name}: its code changed between {', '.join(first)} and {last} episodes"
+    """Several versions of a spec, in words: what a result must say first."""
+    episodes = [f"{number:,}" for number in numbers if number]
+    if len(episodes) == 1:
+        return f"Old code: {name} has changed since its {episodes[0]} episodes were played"
+    *first, last = episodes
+    return (
+        f"Not one result: {name} has changed between episodes, {', '.join(first)} and {last} were played with "
+        "different code" + (", none with that of the last run" if len(episodes) < len(numbers) else "")
+    )

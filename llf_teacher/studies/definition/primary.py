@@ -46,10 +46,10 @@ def _table(given: Any, study: Any, problems: list[str]) -> dict[str, str]:
 
 
 def canonical(name: str, pattern: Any) -> Any:
-    """A pattern of a `teacher` or a `student` in the study's form if it is a spec; others are returned unchanged."""
+    """A pattern of a `teacher` or a `student` in the study's form if it is a spec or an object; else unchanged."""
     check = {"teacher": teacher_spec, "student": student_spec}.get(name)
-    if check is not None and isinstance(pattern, str):
-        with contextlib.suppress(ValueError):
+    if check is not None:
+        with contextlib.suppress(ValueError, TypeError):
             return check(pattern)
     return pattern
 
@@ -66,9 +66,9 @@ def check_compare(given: Any, study: Any, problems: list[str]) -> tuple[tuple[st
             problems.append(f"compare {form}, got {pair!r} among them")
             continue
         specs = [canonical("teacher", each) for each in both]
-        problems += [
-            f"compare: {unknown('teacher', each, study.teachers)}" for each in specs if each not in study.teachers
-        ]
+        if strange := [each for each in specs if each not in study.teachers]:
+            problems += [f"compare: {unknown('teacher', each, study.teachers)}" for each in strange]
+            continue
         one, other = specs
         if one == other:
             problems.append(f"compare: a teacher cannot be compared with itself, got {one!r} twice; name another")

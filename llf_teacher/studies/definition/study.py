@@ -159,6 +159,12 @@ class Study:
                 problems.append("primary and compare both say which comparisons are primary; leave out one of them")
         if not isinstance(self.question, str):
             problems.append(f"question must be a text, got {self.question!r}")
+        elif self.question and not problems and not self._answered:
+            pair, first = json.dumps(list(self.teachers[:2])), json.dumps(self.teachers[0])
+            problems.append(
+                f"question: no comparison answers it, since there is no teacher {self.baseline!r} to compare with; "
+                f"name pairs of teachers, as in compare = [{pair}], or another for all, as in baseline = {first}"
+            )
         design = check_interim_analyses(self.interim_analyses, len(self._seeds), problems)
         set_(self, "interim_analyses", design._asdict() if design else {})
         if not problems:
@@ -214,6 +220,11 @@ class Study:
     @property
     def _seeds(self) -> Sequence[int]:
         return cast(Sequence[int], self.seeds)
+
+    @property
+    def _answered(self) -> bool:
+        """Whether teachers are compared. A single one may be there for its kinds of feedback, or for tests after it."""
+        return bool(self.compare or self.transfer) or len(self.teachers) < 2 or self.baseline in self.teachers
 
     def _compared(self, problems: list[str]) -> str:
         """`baseline` in canonical form; adds to `problems`."""

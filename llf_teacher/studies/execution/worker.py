@@ -106,6 +106,7 @@ def _repr(error: BaseException) -> str:
 
 def _place(error: BaseException) -> str:
     """The last line of foreign code in an error's traceback, such as ` (my_agent.py, line 7)`; empty without one."""
-    files = [(Path(frame.filename), frame.lineno) for frame in traceback.extract_tb(error.__traceback__)]
+    frames = [each for each in traceback.extract_tb(error.__traceback__) if each.filename != "<string>"]  # no file
+    files = [(Path(frame.filename), frame.lineno) for frame in frames]
     others = [f" ({file.name}, line {line})" for file, line in files if not any(map(file.is_relative_to, _OWN))]
     return others[-1] if others else ""

@@ -1,6 +1,6 @@
 """The answers of a report: a sentence for each comparison that the study asks about, own teachers before others."""
 
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 from llf_teacher.studies.analysis.evidence import Evidence, PairEvidence, finding, is_small
 from llf_teacher.studies.analysis.primary import Primary
@@ -13,27 +13,57 @@ from teachers.words import listed, type_words
 MOST = 3
 """The greatest number of answers of a study that asks no question; of one that asks, all are given."""
 
+_TINY, _GREAT = 0.01, 1e6
+"""Regrets below the first or from the second on have significant digits: fixed ones would show none or too many."""
+
 
 class PairAnswer(NamedTuple):
     """What a study says about two teachers of a student."""
 
-    about: Primary
-    finding: PairEvidence
+    about: Primary | None
+    """The comparison; None if the study asks for it and there is none."""
+    finding: PairEvidence | None
+    """What the data say; None without a comparison."""
     text: str
     """One or two sentences, with number, interval, n, and whether it is evidence."""
 
 
 def answers(data: Data) -> list[PairAnswer]:
     """The answers, in the order of `Study.compare`, or with a user's own teachers and students first."""
-    primary = data.primary
+    found = [PairAnswer(each, said, _text(data, each, said)) for each, said in evidence(data)]
     if not data.study.compare:
-        primary = sorted(primary, key=_own_first)[:MOST]
+        return sorted(found, key=lambda each: _own_first(cast(Primary, each.about)))[:MOST]
+    asked: dict[tuple[str, ...], list[PairAnswer]] = {pair: [] for pair in map(tuple, data.study.compare)}
+    for each in found:
+        compared = cast(Primary, each.about).compared
+        asked[compared.teacher, compared.other].append(each)
+    return [
+        each
+        for pair, mine in asked.items()
+        for each in mine or [PairAnswer(None, None, _nothing(data, *map(data.called, pair)))]
+    ]
+
+
+def evidence(data: Data) -> list[tuple[Primary, PairEvidence]]:
+    """What the data say about each primary comparison."""
     there = pairs(data.taught, data.study.baseline, data.study.compare)
-    found = []
-    for each in primary:
-        said = finding(each, len(data.primary), data.test, there)
-        found.append(PairAnswer(each, said, _text(data, each, said)))
-    return found
+    return [(each, finding(each, len(data.primary), data.test, there)) for each in data.primary]
+
+
+def _nothing(data: Data, one: str, other: str) -> str:
+    """Why two teachers that the study compares have no comparison."""
+    head = f"Nothing can be said about {one} and {other}"
+    if data.present < data.expected:
+        return f"{head}: no student that reads what teachers say was taught by both on the same seeds. {_played(data)}."
+    return (
+        f"{head}: no student of this study can hear a difference, since it does not read what teachers say, there is "
+        "no feedback, or both teachers are silent."
+    )
+
+
+def _played(data: Data) -> str:
+    lost = sum(data.failures.values())
+    return f"{data.present} of {data.expected} episodes have been played{f', {lost} failed' if lost else ''}"
 
 
 def _own_first(each: Primary) -> tuple[bool, bool]:
@@ -56,8 +86,13 @@ def _text(data: Data, each: Primary, said: PairEvidence) -> str:
         head = f"Whether {student}{types} loses more with {one} or with {other}{over} is not decided"
     if said.against and said.along:
         head = f"It depends on the family: {_both_ways(each, said, one, other)}. {head}"
-    elif said.against and said.evidence is Evidence.YES:
+    elif said.evidence is not Evidence.YES and (said.against or said.along):
+        where = listed(said.against or said.along, "and")
+        head = f"{head}, but it loses {'less' if said.against else 'more'} with {one} in {where}"
+    elif said.against:
         head = f"{head}, but {'more' if way == 'less' else 'less'} in {listed(said.against, 'and')}"
+    elif 0 < len(said.along) < len(each.families):
+        head = f"{head}, by itself significantly in {listed(said.along, 'and')} only"
     return f"{head}: {_numbers(data, each)}. {_verdict(data, each, said)}{_by_family(data, each)}"
 
 
@@ -88,7 +123,7 @@ def _verdict(data: Data, each: Primary, said: PairEvidence) -> str:
         small = f", of a small one: {excluded}" if each.ratio and is_small(each.score.estimate) else ""
         return f"Is this evidence of a difference? Yes{small}."
     if said.evidence is Evidence.OPEN:
-        played = f": {data.present} of {data.expected} episodes have been played, and" if data.test is None else ":"
+        played = f": {_played(data)}, and" if data.test is None else ":"
         return f"Is this evidence of a difference? Not decided{played} {said.why}."
     if each.score.estimate.why:
         return "Is this evidence of a difference? No: the regret is the same in every seed."
@@ -102,6 +137,7 @@ def _by_family(data: Data, each: Primary) -> str:
     if len(each.families) > 1:
         every = [
             f"{group.family} {_difference(difference, data.units[group.family], regrets)}"
+            + (f", n = {difference.n}" if difference.n < each.score.estimate.n else "")
             for group, difference, regrets in zip(each.families, each.differences, each.regrets, strict=True)
         ]
         one, other = map(data.called, (each.compared.teacher, each.compared.other))
@@ -116,14 +152,27 @@ def _by_family(data: Data, each: Primary) -> str:
     return text
 
 
+def result(data: Data, each: Primary) -> str:
+    """A comparison in numbers: the score, or the difference in a single family's unit if there is no score; p and n."""
+    estimate, parts = each.score.estimate, []
+    if each.ratio:
+        parts.append(f"score {number(each.mean)}{_interval(estimate)}")
+    elif len(each.families) == 1:
+        (family,), (regrets,) = each.families, each.regrets
+        parts.append(_difference(each.differences[0], data.units[family.family], regrets))
+    return ", ".join([*parts, *([f"p {_p(each.score.p)}"] if data.test else []), f"n = {estimate.n}"])
+
+
 def _difference(difference: Estimate, unit: str, regrets: tuple[float, float]) -> str:
     greatest = max(map(abs, regrets))
-    digits = 4 if greatest < 0.1 else 1 if greatest >= 10 and abs(difference.mean) >= 0.1 else 2
+    digits: int | None = 4 if greatest < 0.1 else 1 if greatest >= 10 and abs(difference.mean) >= 0.1 else 2
+    if 0 < greatest < _TINY or greatest >= _GREAT:
+        digits = None
     one, other = (number(regret, digits) for regret in regrets)
     return f"{number(difference.mean, digits, sign=True)}{_interval(difference, digits)} {unit} ({one} against {other})"
 
 
-def _interval(estimate: Estimate, digits: int = 2) -> str:
+def _interval(estimate: Estimate, digits: int | None = 2) -> str:
     if estimate.why:
         return f" (no interval: {estimate.why})"
     return f" [{number(estimate.low, digits)}, {number(estimate.high, digits)}]"
@@ -140,7 +189,7 @@ def _p(p: float) -> str:
     return words if words.startswith("<") else f"= {words}"
 
 
-def number(value: float, digits: int = 2, *, sign: bool = False) -> str:
-    """A number with a typographic minus sign, and no sign at zero unless there is a plus."""
-    text = f"{value:{'+' if sign else ''}.{digits}f}"
+def number(value: float, digits: int | None = 2, *, sign: bool = False) -> str:
+    """A number with a typographic minus sign, and no sign at zero; without digits, with three significant ones."""
+    text = f"{value:{'+' if sign else ''}{'.3g' if digits is None else f'.{digits}f'}}"
     return text.lstrip("+-") if float(text) == 0 else text.replace("-", "\N{MINUS SIGN}")

@@ -37,7 +37,7 @@ class Data:
     revisions: Mapping[int, Revision]
     """Numbers of episodes by the revision of their definition."""
     mixed: Mapping[str, Sequence[int]]
-    """Specs and ids whose code changed between the episodes shown: the numbers of episodes of each version."""
+    """Specs and ids whose code changed between the episodes shown, or since: the number of episodes of each version."""
     failures: Mapping[tuple[str, str], int]
     """Number of failed episodes that were not played later, by student and reason."""
     sections: tuple[Section, ...]
@@ -173,7 +173,7 @@ def read(store: Store, study: Study) -> Data:
             planned=planned,
             sums=sums,
             revisions=there.revisions(),
-            mixed=mixed(store.definitions(), there.coded()),
+            mixed=mixed(store.definitions(), there.coded(), store.manifest().get("code", {})),
             failures=there.failures(),
             sections=tuple(_sections(study, there, sums, test)),
             test=test,

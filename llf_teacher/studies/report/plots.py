@@ -6,6 +6,7 @@ form for phones: the same letters on less width, with panels below each other.
 """
 
 import math
+import re
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from itertools import cycle
@@ -192,7 +193,7 @@ def gain_plot(
         series: students in the order of their colours.
         gains: scores over all families, by (row, series); missing scores are blank.
         single: scores in each family, drawn as marks; marks beyond the axis are drawn at its end.
-        baseline: the teacher at 0 of the rows that name none; empty: all name one.
+        baseline: what is at 0, such as the teacher of the rows that name none; empty: all name one.
         width: of the figure in inches.
     """
     narrow = width < WIDTH
@@ -377,7 +378,7 @@ def spread(wanted: Sequence[float], heights: Sequence[float], room: float) -> li
 
 
 def profile_plot(profiles: Mapping[str, tuple[Sequence[float], Band]], width: float = WIDTH) -> Figure:
-    """Performance profiles: a line and a band per label, which stands at its end, for the share of runs above a score.
+    """Performance profiles: a line and a band per label, which stands at its end, for the share of seeds above a score.
 
     Args:
         profiles: scores and shares, 0 to 1, by label; the first `MOST` have a colour and a name, the others are grey.
@@ -401,7 +402,7 @@ def profile_plot(profiles: Mapping[str, tuple[Sequence[float], Band]], width: fl
     ax.xaxis.set_major_locator(ticks(narrow=narrow))
     ax.yaxis.set_major_formatter(PercentFormatter(1))
     ax.set_xlabel("score against the baseline")
-    ax.set_ylabel("runs above it")
+    ax.set_ylabel("seeds above it")
     ax.grid()
     separate(figure, labels)
     return figure
@@ -416,9 +417,16 @@ def _title(ax: Axes, title: str, columns: int, narrow: bool) -> None:
     ax.set_title(textwrap.fill(title, 40 if narrow else 100 // columns), loc="left", color=SHADES["ink"].light)
 
 
+class _Folding(textwrap.TextWrapper):
+    """Breaks lines after a plus sign, too, which joins kinds of feedback."""
+
+    def _split(self, text: str) -> list[str]:
+        return [part for chunk in super()._split(text) for part in re.split(r"(?<=\+)", chunk) if part]
+
+
 def folded(label: str, narrow: bool = False) -> str:
     """The label, wrapped if it is long."""
-    return textwrap.fill(label, 20 if narrow else 30)
+    return _Folding(20 if narrow else 30).fill(label)
 
 
 def tallest(rows: Sequence[str], narrow: bool = False) -> float:

@@ -164,7 +164,9 @@ class Section:
             for student in self.grid.students
         }
         labels = {
-            f"{called(student)} (reads {reads(student)})": {called(teacher): band for teacher, band in bands.items()}
+            f"{called(student)} (reads {reads_words(student)})": {
+                called(teacher): band for teacher, band in bands.items()
+            }
             for student, bands in panels.items()
         }
         return (
@@ -271,3 +273,8 @@ def share(all_sums: Sequence[Sums], part: str, whole: str) -> float | None:
 def reads(student: str) -> str:
     """The information that a student reads, one of `llf_teacher.students.student.READS`."""
     return student_of(student).reads
+
+
+def reads_words(student: str) -> str:
+    """What a student reads, in words for people: its atoms are claims with their sentences."""
+    return reads(student).replace("atoms", "claims")

@@ -13,7 +13,7 @@ import json
 import sqlite3
 import weakref
 import zlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 from operator import itemgetter
 from pathlib import Path
@@ -74,7 +74,10 @@ _ORDER = "id, instruction_type, feedback_type, teacher, student, seed, max_turns
 
 _ANOTHER = "give another file (`llf study run` and `report` take it by --store)"
 
-_WHOLE = "`llf study check` names what is damaged, and `llf study archive` copies a store that is in use"
+_WHOLE = (
+    "`llf study check` names what is damaged, `llf study rescue` copies the episodes that are whole, and `llf study "
+    "archive` copies a store that is in use"
+)
 
 
 class StoreError(ValueError):
@@ -147,7 +150,7 @@ class Store:
         return StoreError(f"{self.path} is incomplete or damaged: {what}; {_WHOLE}, or {_ANOTHER}")
 
     def check(self) -> None:
-        """Check that the store has all rows that were written, and each episode its turns; `damage` checks the values.
+        """Check that the store has all rows as they were written, and each episode its turns.
 
         Raises:
             StoreError: it has not.
@@ -160,7 +163,7 @@ class Store:
         """The same for the rows that can be read: a run plays what a lost log had again.
 
         Raises:
-            StoreError: a row is missing, or not one of those that were written.
+            StoreError: a row is missing, or differs from what was written.
         """
         try:
             with self._same_state():
@@ -169,6 +172,10 @@ class Store:
                 for _, _, problem in self._broken_seals():
                     if problem:
                         raise self._damaged(problem)
+                for _, read in self._tables():
+                    for table, row, problem in read():
+                        if problem:
+                            raise self._damaged(f"{problem} ({table}, row {row})")
         except (sqlite3.DatabaseError, UnicodeDecodeError) as error:
             raise self._damaged(f"{error}") from None
 
@@ -202,10 +209,7 @@ class Store:
             try:
                 for table, read in (
                     ("file", self._broken_pages),
-                    ("result", self._broken_episodes),
-                    ("failure", self._broken_failures),
-                    ("definition", lambda: self._broken_facts("definition", "revision, facts")),
-                    ("manifest", lambda: self._broken_facts("manifest", "name, value")),
+                    *self._tables(),
                     ("seal", self._broken_seals),
                 ):
                     row: int | str = 0
@@ -217,6 +221,15 @@ class Store:
                         yield table, row, f"what follows this row cannot be read: {error}"
             finally:
                 self._db.text_factory = str
+
+    def _tables(self) -> tuple[tuple[str, Callable[[], Iterator[tuple[str, int | str, str]]]], ...]:
+        """Per table with digests, what compares its rows with them."""
+        return (
+            ("result", self._broken_episodes),
+            ("failure", self._broken_failures),
+            ("definition", lambda: self._broken_facts("definition", "revision, facts")),
+            ("manifest", lambda: self._broken_facts("manifest", "name, value")),
+        )
 
     def lost_log(self) -> str:
         """The problem of a copy whose log is missing or cut; empty for other files."""
@@ -333,6 +346,44 @@ class Store:
         size = len(EpisodeSpec._fields)
         for revision, *values, turns in self._db.execute(query):
             yield revision, EpisodeSpec(*values[:size]), EpisodeRow(*values[size:]), turns
+
+    def whole(self) -> Iterator[tuple[int, EpisodeSpec, EpisodeRow, bytes]]:
+        """As `packed`, the episodes of a damaged store that agree with their digests."""
+        query = (
+            f"SELECT revision, {', '.join(_FIELDS)}, packed, digest, lower(hex(key)) FROM {_JOINED} "  # noqa: S608
+            "JOIN story USING (number) WHERE number = ?"
+        )
+        size = len(EpisodeSpec._fields)
+        for number in range(1, 1 + self._last_number()):
+            with contextlib.suppress(sqlite3.Error, UnicodeError, OverflowError):  # its page, or only its row
+                for revision, *values, turns, digest, key in self._db.execute(query, (number,)).fetchall():
+                    if isinstance(turns, bytes) and digest_of((key, revision, *values), turns) == digest:
+                        yield revision, EpisodeSpec(*values[:size]), EpisodeRow(*values[size:]), turns
+
+    def _last_number(self) -> int:
+        """The greatest number of an episode, from whatever of it can be read."""
+        found = [0]
+        for column in ("max(number) FROM result", "max(number) FROM story", "max(rows) FROM seal"):
+            with contextlib.suppress(sqlite3.Error, TypeError, ValueError):
+                found.append(int(self._db.execute(f"SELECT {column}").fetchone()[0]))
+        return max(found)
+
+    def sealed(self) -> int | None:
+        """The number of episodes that were written, by the seal; None if it cannot be read."""
+        try:
+            return int(self._db.execute("SELECT rows FROM seal WHERE sealed = 'result'").fetchone()[0])
+        except (sqlite3.Error, TypeError, ValueError):
+            return None
+
+    def whole_facts(self, table: str) -> dict[Any, Any]:
+        """Of a damaged store, the rows of `definition` or `manifest` that agree with their digests."""
+        columns = {"definition": "revision, facts", "manifest": "name, value"}[table]
+        found: dict[Any, Any] = {}
+        with contextlib.suppress(sqlite3.Error, UnicodeError):  # what follows cannot be read
+            for digest, name, text in self._db.execute(f"SELECT digest, {columns} FROM {table}"):  # noqa: S608
+                if digest_of((name, text)) == digest:
+                    found[name] = json.loads(text)
+        return found
 
     def failed(self) -> Iterator[tuple[EpisodeSpec, Failure]]:
         """All failed episodes, as arguments of `add_failure`."""

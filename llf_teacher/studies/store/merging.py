@@ -1,4 +1,4 @@
-"""Merging of the stores of a study's shards."""
+"""Merging of the stores of a study's shards, and rescue of a damaged store."""
 
 import contextlib
 from collections.abc import Callable, Iterator, Sequence
@@ -49,6 +49,35 @@ def merge(into: Path, parts: Sequence[Path], progress: Callable[[int, int], obje
             if spent := _spent(stores):
                 whole.write_manifest({"llm": spent})
             return whole.count
+
+
+def rescue(damaged: Path, into: Path) -> tuple[int, int | None]:
+    """Copy the episodes of a damaged store that agree with their digests, and its definitions, to a new store.
+
+    Args:
+        damaged: the store; it is only read.
+        into: the new store, which must not exist.
+
+    Returns:
+        The number of copied episodes, and of those that were written; None if that cannot be read.
+
+    Raises:
+        StoreError: the target exists, or nothing can be read.
+    """
+    if into.exists():
+        raise StoreError(f"{into} exists; give a file that does not exist")
+    with Store(damaged, read_only=True) as store, Store(into) as whole:
+        facts = store.whole_facts("definition")
+        revisions = {revision: whole.define(each) for revision, each in sorted(facts.items())}
+        if manifest := store.whole_facts("manifest"):
+            whole.write_manifest(manifest)
+        with whole.together():
+            for revision, spec, episode, turns in store.whole():
+                whole.revision = revisions.get(revision, 0)
+                whole.add_packed(spec, episode, turns)
+        if not whole.count:
+            raise StoreError(f"no episode of {damaged} is whole; play the study again")
+        return whole.count, store.sealed()
 
 
 def _check_same_study(stores: Sequence[Store]) -> None:

@@ -1,4 +1,4 @@
-"""Files to write: none replaces a store, a study's file or another study's report."""
+"""Files to write: none replaces a store, a study's file, another study's report or a file of another kind."""
 
 import os
 import re
@@ -9,12 +9,16 @@ from pathlib import Path
 from llf_teacher.studies.store import Store
 
 _SQLITE = b"SQLite format 3\0"
-_HEAD = 4096  # characters of a report that have its study's name
+_PAGE = (".html", b"<!doctype html", "an HTML page")
+_KINDS = {"the report": _PAGE, "the comparison": _PAGE, "the archive": (".zip", b"pk", "a zip file")}
+"""The files that such a file may replace: how their names end, or how they begin, and what they are. No program and no
+note is replaced by accident."""
+_HEAD = 4096  # characters or bytes of a file that say what it is, of a report also its study's name
 _NAME = re.compile(r'<meta name="study" content="([^"]*)">')
 
 
 def check_target(path: Path, what: str, kept: Iterable[Path] = ()) -> None:
-    """Check that a file to write replaces no file of a study.
+    """Check that a file to write replaces no file of a study, and no file of another kind than its own.
 
     Args:
         path: the file to write.
@@ -31,7 +35,12 @@ def check_target(path: Path, what: str, kept: Iterable[Path] = ()) -> None:
         found = "the name of a study's file"
     elif path.is_file():
         with path.open("rb") as file:
-            found = "an SQLite file, such as a store" if file.read(len(_SQLITE)) == _SQLITE else ""
+            head = file.read(_HEAD)
+        end, begins, kind = _KINDS.get(what, ("", b"", ""))
+        if head.startswith(_SQLITE):
+            found = "an SQLite file, such as a store"
+        elif head and not (path.name.lower().endswith(end) or head.lstrip().lower().startswith(begins)):
+            found = f"a file that is not {kind}"
     if found:
         raise ValueError(f"cannot write {what} to {path}: it is {found}, which is not replaced; give another file")
 

@@ -1,16 +1,17 @@
-"""The findings of a study: its answers, its primary test, the largest surprise, and the seeds that are still needed.
+"""The findings of a study: its answers, its primary test, the largest contradiction, and the seeds still needed.
 
-A difference is a surprise if it contradicts the accounts of the teachers: the teacher that makes more true, timely
-claims a turn, less the distorted ones, should be better, and teachers that make as many should not differ. So it is no
-surprise that a teacher that says less saves less.
+A difference is a contradiction if it does not fit what the teachers say: the teacher that makes more true, timely
+claims a turn, less the false ones, should be better, and teachers that make as many should not differ. So a teacher
+that says less and saves less is no contradiction.
 """
 
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+from llf_teacher.studies.analysis.evidence import Evidence
 from llf_teacher.studies.analysis.primary import Primary, enough, least
-from llf_teacher.studies.definition.stored_specs import is_own
-from llf_teacher.studies.report.answers import answers, beyond
+from llf_teacher.studies.definition.stored_specs import is_own, teacher_of
+from llf_teacher.studies.report.answers import answers, beyond, evidence, result
 from llf_teacher.studies.report.data import Data
 from llf_teacher.studies.report.figure import Plot
 from llf_teacher.studies.report.parts.part import Part
@@ -19,6 +20,8 @@ from llf_teacher.studies.report.section import share
 from teachers.atoms import Label
 from teachers.words import type_words
 
+_DECLARED = ("question", "compare", "primary", "baseline", "seeds", "interim_analyses")
+_LISTS = ("ids", "teachers", "students", "instruction_types", "feedback_types")
 _ALIKE = 0.1  # with a smaller difference, as a share of the greater number of claims, no effect is expected
 
 
@@ -45,10 +48,10 @@ class Surprise(NamedTuple):
 
 
 class Needed(NamedTuple):
-    """The additional seeds that comparisons need for a power of 80 % at the observed scores."""
+    """The additional seeds that comparisons need for a power of 80 % at the observed differences."""
 
     open: int
-    """Number of comparisons that are not significant."""
+    """Number of comparisons that are not decided."""
     nearest: Primary
     """The comparison that needs the fewest seeds."""
     fewest: int
@@ -56,24 +59,38 @@ class Needed(NamedTuple):
     """Seeds for every open comparison with an observed difference."""
 
 
+class Later(NamedTuple):
+    """What a study changed about its comparisons after episodes that it shows had been played."""
+
+    names: tuple[str, ...]
+    """Fields of the study."""
+    episodes: int
+    """Number of these episodes."""
+
+
 class Tally(NamedTuple):
-    """Number of primary comparisons, and of significant ones."""
+    """Number of primary comparisons, of significant ones, of those with evidence of no difference, and of the rest."""
 
     all: int
     better: int
     worse: int
+    alike: int
+    open: int
 
 
 def _values(data: Data) -> Mapping[str, Any]:
     primary = data.primary
     if not primary:
-        return {"missing": _missing(data), "answers": []}
+        return {"missing": _missing(data), "answers": [each.text for each in answers(data)]}
     significant = data.significant
+    undecided = [each for each, said in evidence(data) if said.evidence is Evidence.OPEN]
     lowest = least(primary, data.test) if data.test else 0.0
     return {
         "missing": "",
         "answers": [each.text for each in answers(data)],
         "baseline": data.study.baseline,
+        "beside": any(each.compared.other == data.study.baseline for each in data.compared),
+        "named_others": any(each.compared.other != data.study.baseline for each in data.compared),
         "scores": _scores(data),
         "differences": _differences(data),
         "without": [each for each in data.compared if not each.ratio],
@@ -83,12 +100,42 @@ def _values(data: Data) -> Mapping[str, Any]:
         "typed": _typed(primary),
         "least": lowest if data.test and lowest > data.test.level else None,
         "enough": enough(len(primary)),
-        "tested": _tally(primary, significant) if data.test else None,
-        "largest": max(significant, key=lambda each: abs(each.mean), default=None),
+        "tested": _tally(primary, significant, undecided) if data.test else None,
+        "largest": _largest(significant),
         "surprise": _surprise(data, significant),
-        "needed": _needed(primary, significant),
+        "needed": _needed(primary, undecided),
+        "result": lambda each: result(data, each),
         "exploratory": len(data.compared) - len(primary),
+        "later": _later(data),
+        "wordless": _wordless(data),
     }
+
+
+def _later(data: Data) -> Later | None:
+    """What was changed with data at hand: p-values take the comparisons and the number of seeds as chosen before.
+
+    Teachers, students and environments count that were left out afterwards, not those that came in addition.
+    """
+    study, definitions = data.study.as_dict(), data.store.definitions()
+    names: dict[str, None] = {}
+    episodes = 0
+    for revision, count in data.revisions.items():
+        before = definitions.get(revision, {}).get("study", {})
+        differing = [name for name in _DECLARED if name in before and before[name] != study[name]]
+        differing += [name for name in _LISTS if not set(before.get(name) or ()) <= set(study[name])]
+        if differing and count.shown:
+            names |= dict.fromkeys(differing)
+            episodes += count.shown
+    return Later(tuple(names), episodes) if names else None
+
+
+def _wordless(data: Data) -> list[str]:
+    """The teachers that said nothing though they are not mute, such as one that looks for a kind that there is not."""
+    said: dict[str, float] = {}
+    for setting, each in data.sums.items():
+        if not setting.lessons and setting.feedback_type != "n":
+            said[setting.teacher] = said.get(setting.teacher, 0) + each.sums["claims"] + each.sums["unchecked"]
+    return [teacher for teacher, number in said.items() if not number and not teacher_of(teacher).mute]
 
 
 def _missing(data: Data) -> str:
@@ -102,9 +149,21 @@ def _typed(found: Sequence[Primary]) -> bool:
     return len({(each.compared.instruction_type, each.compared.feedback_type) for each in found}) > 1
 
 
-def _tally(primary: Sequence[Primary], significant: Sequence[Primary]) -> Tally:
+def _tally(primary: Sequence[Primary], significant: Sequence[Primary], undecided: Sequence[Primary]) -> Tally:
     better = sum(each.mean > 0 for each in significant)
-    return Tally(len(primary), better, len(significant) - better)
+    alike = len(primary) - len(significant) - len(undecided)
+    return Tally(len(primary), better, len(significant) - better, alike, len(undecided))
+
+
+def _largest(found: Sequence[Primary]) -> Primary | None:
+    """The comparison with the largest difference: by the score, or in the unit of the family that all have alone.
+
+    None if there are no comparisons, or several families and no score.
+    """
+    families = {each.families for each in found}
+    if len(families) == 1 and len(found[0].families) == 1 and not all(each.ratio for each in found):
+        return max(found, key=lambda each: abs(each.differences[0].mean))
+    return max((each for each in found if each.ratio), key=lambda each: abs(each.mean), default=None)
 
 
 def said(data: Data, teacher: str, like: Primary) -> ClaimRates:
@@ -128,16 +187,16 @@ def _surprise(data: Data, significant: Sequence[Primary]) -> Surprise | None:
         alike = abs(expected) <= _ALIKE * max(abs(one.worth), abs(other.worth))
         if alike or expected * each.mean < 0:
             found.append(Surprise(each, one, other))
-    return max(found, key=lambda surprise: abs(surprise.found.mean), default=None)
+    largest = _largest([surprise.found for surprise in found])
+    return next((surprise for surprise in found if surprise.found is largest), found[0] if found else None)
 
 
-def _needed(primary: Sequence[Primary], significant: Sequence[Primary]) -> Needed | None:
-    still = [each for each in primary if each not in significant]
-    more = {i: seeds for i, each in enumerate(still) if (seeds := each.more(len(primary))) is not None}
+def _needed(primary: Sequence[Primary], undecided: Sequence[Primary]) -> Needed | None:
+    more = {i: seeds for i, each in enumerate(undecided) if (seeds := each.more(len(primary))) is not None}
     if not more:
         return None
     nearest = min(more, key=lambda i: more[i])
-    return Needed(len(still), still[nearest], more[nearest], max(more.values()))
+    return Needed(len(undecided), undecided[nearest], more[nearest], max(more.values()))
 
 
 def ranked(data: Data) -> list[Primary]:
@@ -184,9 +243,11 @@ def _scores(data: Data) -> Plot | None:
     found = [each for each in ranked(data) if each.ratio]
     if not found:
         return None
-    rows, series = _labels(data, found)
-    against_baseline = any(each.compared.other == data.study.baseline for each in found)
-    baseline = data.called(data.study.baseline) if against_baseline else ""
+    rows, _ = _labels(data, found)
+    _, series = _labels(data, ranked(data))  # a student looks the same in both figures
+    others = {each.compared.other for each in found}
+    baseline = data.called(data.study.baseline) if data.study.baseline in others else ""
+    baseline += ", or the teacher that is named" if baseline and len(others) > 1 else ""
     return Plot(
         name="findings-scores",
         title="Score of each teacher against another with each student, over all families.",

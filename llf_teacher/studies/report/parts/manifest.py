@@ -37,4 +37,4 @@ def _digest(spec: str) -> str:
     return hashlib.sha256(spec.encode()).hexdigest()[:8]
 
 
-PART = Part("manifest", _values, "Manifest")
+PART = Part("manifest", _values, "How to repeat it")

@@ -31,7 +31,7 @@ def _plot(data: Data, found: Sequence[Overall]) -> Plot:
 
     return Plot(
         name="overall-profiles",
-        title="Performance profiles: the share of the runs above a score, by teacher, over all families.",
+        title="Performance profiles: the share of seeds above a score, by teacher, over all families.",
         draw=lambda width: profile_plot(
             {label(each): (each.profile.thresholds.tolist(), each.profile.band) for each in drawn}, width=width
         ),
