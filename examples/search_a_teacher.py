@@ -1,8 +1,8 @@
 """A teacher that begins with a rule and searches on, in many cases: budgets, students, worlds, numbers it cannot see.
 
 The teacher is a weighted sum of what it sees, and speaks where that is positive. It begins as the best rule of nearness
-(`near_mistakes` of `_teacher_seats.py`), and CMA-ES (Hansen 2016) varies the weights: each generation is tried on the
-same lifetimes, and the next one drawn around what wasted least. A training ends on a line of a file, which a second run
+(`near_mistakes` of `_teacher_seats.py`), and CMA-ES (Hansen 2016) varies the weights: each generation is tried in the
+same houses, and the next one drawn around what wasted least. A training ends on a line of a file, which a second run
 goes on with. Prints tables of what the file has. Needs the extra `learn`:
 
     python examples/search_a_teacher.py --store docs/search-a-teacher.jsonl --plot docs/search-a-teacher.png

@@ -159,12 +159,12 @@ class Family(Subject):
         return tuple(dict.fromkeys(filter(None, (self.module, *named))))
 
     def elsewhere(self, option: str) -> str:
-        """The families whose worlds have an option, to complete a message; empty if no family has it."""
+        """The families whose worlds have an option, or what else takes it, to complete a message; empty without any."""
         able = []
         for family in all_families():
             with contextlib.suppress(ModuleNotFoundError):  # an extra is not installed
                 able += [family.name] if option in family.options() else []
-        return f"; families with the option {option!r}: {', '.join(able)}" if able else ""
+        return f"; families with the option {option!r}: {', '.join(able)}" if able else super().elsewhere(option)
 
     def options(self) -> tuple[str, ...]:
         """The names of the world's options; errors as in `make_world`."""

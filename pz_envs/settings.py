@@ -1,5 +1,6 @@
 """The settings of a lesson: one frozen value; functions that make environments take it, or its fields as keywords."""
 
+import difflib
 import inspect
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
@@ -215,7 +216,10 @@ class Settings:
         known = set(options)
         if unknown_names := [name for name in more if name not in known | refused]:
             allowed = sorted((names | known | set(others)) - {"options"})
-            hint = f"{unknown('option', unknown_names[0], allowed)}{elsewhere(unknown_names[0])}"
+            taken = elsewhere(unknown_names[0])
+            # where it is taken elsewhere, it is probably spelled right
+            near = difflib.get_close_matches(unknown_names[0], allowed, cutoff=0.8) if taken else None
+            hint = f"{unknown('option', unknown_names[0], allowed, near=near)}{taken}"
             raise ValueError(f"{where} does not take these options: {hint}")
         if given is not None and not isinstance(given, cls):
             raise ValueError(f"settings must be a {cls.__name__}, got {given!r}")

@@ -35,6 +35,8 @@ GYM = "gym:"
 """The prefix of ids of Gymnasium's registry; see `pz_envs.registered`."""
 TUTORING = "tutoring"
 """The default seating: one teacher and one student."""
+_OF_TEACHER_ENV = ("actions", "announce", "same_world", "vary")
+"""Arguments that only `TeacherEnv` takes, beside `student`."""
 
 
 _shown = takes_settings(names={"max_turns": "max_cycles"})
@@ -87,8 +89,13 @@ class Subject(ABC):
         return ()
 
     def elsewhere(self, option: str) -> str:
-        """Other subjects with an option that this subject lacks, to complete a message; empty without any."""
-        return ""
+        """What takes an option that this subject lacks, to complete a message; empty if nothing does."""
+        if option == "student":
+            return (
+                "; a student is for TeacherEnv(student=...), or for PettingZoo's seats a partner in "
+                "pz_envs.parallel_seats.ParallelSeats(env, {'student_0': policy})"
+            )
+        return f"; {option!r} is an argument of TeacherEnv" if option in _OF_TEACHER_ENV else ""
 
     def for_lesson(self, settings: Settings) -> "Subject":
         """The subject of a lesson with these settings; a new subject if its teachers plan for options and turns."""

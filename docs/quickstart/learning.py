@@ -43,17 +43,18 @@ def lifetimes(rows: int) -> llf_teacher.TeacherVectorEnv:
         teacher_reward="student_progress",  # minus the moves that the student wastes
         announce=True,  # the student says first what it means to do
         options={
-            "min_goal_dist": 6,
-            "pool": 4 * LIVES,
-        },  # the treasure is far; houses are drawn from so many
+            "min_goal_dist": 6,  # the treasure is far
+            "pool": 4 * LIVES,  # a row that has ended begins anew, in one of so many houses
+        },
     )
 
 
 # %% [markdown]
 # ## What a teacher sees and does
 #
-# Of each lifetime it sees numbers: the turn, how much is at stake, what is left of its budget, and what the student has
-# done so far. Its action is `0b01000`, advice, or `0`, silence.
+# Of each lifetime it sees numbers: the turn, how much is at stake (`importance`), what is left of its budget, and what the
+# student has done so far. `mistake` is 1 if the student announces a move that is not the best, and `way` grows with the
+# moves that are left to the treasure. Its action is `0b01000`, advice, or `0`, silence.
 
 # %%
 ADVICE = 0b01000
@@ -62,16 +63,17 @@ MISTAKE = SEEN.index("mistake")
 print(len(SEEN), "numbers:", ", ".join(SEEN))
 
 
-def wasted(speaks, rows: int, first_seed: int) -> np.ndarray:
+def wasted(speaks, seeds: range | list[int]) -> np.ndarray:
     """Moves that the student wastes in an episode, for each lifetime.
 
     Args:
         speaks: what is seen, shape (rows, numbers) -> whether to give advice, shape (rows,).
-        rows: lifetimes.
-        first_seed: of the lifetimes; the same seeds are the same houses and students.
+        seeds: one for each lifetime. A seed is a house. What its student tries by chance depends on all the seeds,
+            so only equal lists of seeds are equal lifetimes.
     """
+    rows = len(seeds)
     envs = lifetimes(rows)
-    observations, _ = envs.reset(seed=first_seed)
+    observations, _ = envs.reset(seed=seeds)
     total, alive = np.zeros(rows), np.ones(rows, dtype=bool)
     while alive.any():
         seen = np.hstack([observations["features"], observations["lifetime"]])
@@ -95,7 +97,7 @@ RULES = {
 }
 for name, rule in RULES.items():
     print(
-        f"{name:24} {mean_interval(wasted(rule, LIVES, first_seed=0)).text()} moves wasted an episode"
+        f"{name:24} {mean_interval(wasted(rule, range(LIVES))).text()} moves wasted an episode"
     )
 
 # %% [markdown]
@@ -104,7 +106,8 @@ for name, rule in RULES.items():
 # The teacher's rule has two numbers: it advises before a mistake if the treasure is at most so many moves away, and if the
 # student has been advised in this room at most so many times. Both begin at 10, which is nearly "before every mistake".
 # Of twelve candidates a generation the three best are averaged, and the next ones are drawn around that. All candidates
-# teach the same lifetimes, at once in one array.
+# teach in the same houses, at once in one array: each house stands in twelve rows. What the student tries by chance differs
+# from row to row.
 
 # %%
 CANDIDATES, GENERATIONS = 12, int(os.environ.get("LLF_QUICKSTART_GENERATIONS", "10"))
@@ -128,7 +131,7 @@ rng, best, spread, curve = np.random.default_rng(0), np.full(2, 10.0), 5.0, []
 for _ in range(GENERATIONS):
     drawn = np.maximum(best + spread * rng.normal(size=(CANDIDATES, 2)), 0)
     lost = (
-        wasted(limited(drawn), CANDIDATES * LIVES, first_seed=1000)
+        wasted(limited(drawn), [*range(1000, 1000 + LIVES)] * CANDIDATES)
         .reshape(CANDIDATES, LIVES)
         .mean(axis=1)
     )
@@ -139,13 +142,13 @@ print("It learned:", dict(zip(NUMBERS, best.round(1).tolist(), strict=True)))
 # %% [markdown]
 # ## Is it better, where it has not learned?
 #
-# On 160 lifetimes that no candidate was tried on, paired by seed:
+# On 160 lifetimes that no candidate was tried on. Each rule teaches the same 160, so the differences are paired:
 
 # %%
 import matplotlib.pyplot as plt
 
 held = {
-    name: wasted(rule, 2 * LIVES, first_seed=5000)
+    name: wasted(rule, range(5000, 5000 + 2 * LIVES))
     for name, rule in (RULES | {"learned": limited(best)}).items()
 }
 for name, lost in held.items():

@@ -129,6 +129,7 @@ def test_supported_types():
         ({"num_rooms": 1}, "num_rooms must be an integer from 2"),
         ({"num_romos": 3}, "llf-gridworld-v0 does not take .*unknown option 'num_romos'; did you mean num_rooms"),
         ({"feedback_tpye": "a"}, "unknown option 'feedback_tpye'; did you mean feedback_type"),
+        ({"student": "obedient"}, r"unknown option 'student'; .*; a student is for TeacherEnv\(stu"),
         ({"text": "yes"}, "text must be True or False, got 'yes'"),
         ({"privileged_info": 1}, "privileged_info must be True or False, got 1"),
         ({"visual": "no"}, "visual must be True or False, got 'no'"),

@@ -289,6 +289,33 @@ def test_seeded_starts_are_the_scalar_ones(id):
         assert batch.moment(row).after == env.session.moment.after
 
 
+@pytest.mark.parametrize("id", TABULAR)
+def test_rows_with_the_same_seed_share_the_world_and_not_the_students_draws(id):
+    """And equal lists of seeds give equal lifetimes."""
+
+    def lifetimes(seeds):
+        batch = batch_of(id, len(seeds), vary={"alpha": (0.1, 0.9)})
+        batch.reset(seed=seeds)
+        starts = [batch.moment(row).after for row in range(len(seeds))]
+        students = [str(batch.students.student(row)) for row in range(len(seeds))]
+        actions = []
+        for _ in range(18):
+            batch.step(np.zeros(len(seeds), int))
+            actions.append(batch.moments.action)
+        return starts, students, np.array(actions)
+
+    starts, students, played = lifetimes([7, 8] * 4)
+    assert starts == starts[:2] * 4
+    assert students == students[:2] * 4
+    assert starts[0] != starts[1]
+    assert not (played[:, 2:] == played[:, :-2]).all()
+    again = lifetimes([7, 8] * 4)
+    assert (again[0], again[1]) == (starts, students)
+    np.testing.assert_array_equal(again[2], played)
+    fewer = lifetimes([7, 8])
+    assert (fewer[0], fewer[1]) == (starts[:2], students[:2])
+
+
 def test_autoresets_enrol_new_students():
     batch = batch_of(GRID, 300, episodes=1, max_turns=1, student="q_learning", vary={"alpha": (0.2, 0.4)})
     batch.reset(seed=0)

@@ -1,5 +1,6 @@
 """The seats: turn order, rewards, budgets, openings, arguments."""
 
+import inspect
 import warnings
 
 import pettingzoo
@@ -121,11 +122,23 @@ def test_a_text_that_is_no_action_keeps_success_where_it_is_the_episodes(family)
         ({"budget": 2.5}, r"budget must be None or an integer of at least 1, got 2\.5"),
         ({"budget": True}, "budget must be None or an integer of at least 1, got True"),
         ({"render_mode": "x"}, "render_mode 'x' is unknown"),
+        ({"student": "ucb"}, r"unknown option 'student'; allowed: .*; a student is for TeacherEnv\(stu"),
+        ({"student": "ucb"}, r"for PettingZoo's seats a partner in pz_envs.parallel_seats.ParallelSeats\(env, {"),
+        ({"student": 3, "seating": "classroom"}, "unknown option 'student'; did you mean students"),
+        *(
+            ({name: True}, f"unknown option '{name}'; allowed: .*; '{name}' is an argument of TeacherEnv$")
+            for name in ("actions", "announce", "same_world", "vary")
+        ),
     ],
 )
 def test_bad_arguments(arguments, match):
     with pytest.raises(ValueError, match=match):
         GRID.raw_env(**arguments)
+
+
+def test_what_only_the_teachers_environment_takes_is_taken_there():
+    own = inspect.signature(llf_teacher.TeacherEnv).parameters.keys() - inspect.signature(llf_teacher.make).parameters
+    assert {name for name in own if GRID.elsewhere(name)} == {"student", "actions", "announce", "same_world", "vary"}
 
 
 def test_dead_steps_take_none_only():

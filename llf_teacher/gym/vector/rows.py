@@ -134,8 +134,9 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
     ) -> tuple[Any, dict[str, Any]]:
         """Begin episodes in all rows, or in those of `options["reset_mask"]`.
 
-        A row with a seed begins like the scalar environment with that seed; with one integer, row i has the seed `seed
-        + i`. Rows without a seed begin at random.
+        A row with a seed begins in the same state as the scalar environment with that seed; with one integer, row i has
+        the seed `seed + i`. Chance after the start depends on the seeds of all rows: the same seeds in the same order
+        give the same again. Rows without a seed begin at random.
 
         Raises:
             ValueError: a seed or an option is not allowed; nothing has changed.
