@@ -185,7 +185,7 @@ class AbilityLine(Score):
 
     def _remark(self) -> str:
         """What failing answers do to the score, and why a score has no spread, in sentences; empty without either."""
-        said = [f"But {self.bias}; {self.elsewhere}."] if self.bias else []
+        said = [f"{self.bias.capitalize()}; {self.elsewhere}."] if self.bias else []
         asked = all_experiments().get(self.name)
         if self.score == 0 and not self.spread and self.alike is None:
             since = f" from turn {asked.since + 1} on, which alone counts," if asked and asked.since else ""
@@ -202,6 +202,13 @@ class AbilityLine(Score):
     def cell(self) -> str:
         """The score with its interval for a table; the reason of a missing one stands elsewhere."""
         return "not measured" if self.score is None else f"{self.words}{f', {self.too}' if self.too else ''}"
+
+    @property
+    def detects(self) -> str:
+        """The smallest score that the test finds, for a table."""
+        if self.score is None or not self.spread:
+            return "all equal" * (self.score is not None)
+        return "none" if self.finds is None else f"{self.finds:.2f}"
 
     @property
     def note(self) -> str:
@@ -384,17 +391,8 @@ class Card:
         for each in self.lines:
             places = ", ".join(f"{place} {value:.2f}" for place, value in each.places.items())
             silence = f"{each.silence.words}, p {each.silence.chance}" if each.silence else ""
-            finds = (
-                ""
-                if each.score is None
-                else "all equal"
-                if not each.spread
-                else "none"
-                if each.finds is None
-                else f"{each.finds:.2f}"
-            )
             chance = f"{each.chance}{' (of a loss)' * (each.alike is not None)}"
-            rows.append([each.ability, each.cell, chance, finds, silence, places])
+            rows.append([each.ability, each.cell, chance, each.detects, silence, places])
         silent = any(each.silence is not None for each in self.lines)
         return [row if silent else row[:4] + row[5:] for row in rows]
 
