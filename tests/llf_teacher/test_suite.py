@@ -526,7 +526,7 @@ def test_failing_answers_in_the_better_lessons_make_a_low_score(tmp_path):
     line = take(BrokenWhenAdvised, tmp_path / "it.db", (), True, workers=1).lines[0]
     assert line.too == "too low"
     assert (
-        "the score is too low, since more answers failed with the teacher's words than with useless words" in line.did
+        "The score is too low, since more answers failed with the teacher's words than with useless words" in line.did
     )
 
 
