@@ -98,7 +98,9 @@ def suite(
     for path in card or ():
         check_file(path)
     console = Console(emoji=False, stderr=True, markup=False)
-    console.print(f"The student plays {estimate(student, only or (), quick, key)}; those in {store} count.")
+    console.print(
+        f"The student plays {estimate(student, only or (), quick, key)}; those in {store} are not played again."
+    )
     console.print("Scripted students, with which it is compared, play as well. The first episodes measure the speed.")
     for id, syntax in actions_of(only or (), quick).items():
         console.print(f"An answer in {id} is {syntax}.", highlight=False)

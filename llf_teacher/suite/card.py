@@ -79,7 +79,7 @@ class AbilityLine(Score):
         """The kinds of lessons in words."""
         if self.asked and not all_experiments()[self.name].worse:
             return {"better": "with the teacher's words", "worse": "with useless words", "silent": "in silence"}
-        return {"better": "in the better lessons", "worse": "in the worse lessons", "silent": "in silence"}
+        return {"better": "with the better teacher", "worse": "with the worse teacher", "silent": "in silence"}
 
     @property
     def failing(self) -> str:
