@@ -34,14 +34,22 @@ def add_to(group: typer.Typer) -> None:
 def transcript(
     store: File,
     key: Annotated[
-        str, typer.Argument(help="The episode's key, as in reports and `llf study export`, or how it begins.")
-    ],
+        str | None,
+        typer.Argument(
+            help="The episode's key, as in reports and `llf study export`, or how it begins; without it, the only "
+            "episode, or a list of the first keys."
+        ),
+    ] = None,
+    prompts: Annotated[
+        bool,
+        typer.Option("--prompts", help="Show what each model was asked: all messages as sent, and the answer's form."),
+    ] = False,
 ) -> None:
-    """Print an episode turn by turn: observations, feedback and actions; `!` marks a false claim."""
+    """Print an episode turn by turn: observations, feedback and actions; `!` marks a false claim, `~` a hedged one."""
     from llf_teacher.studies import load
 
     with load(store) as results:
-        typer.echo(escape_control_chars(results.transcript(key)))
+        typer.echo(escape_control_chars(results.transcript(key or results.only_key(), prompts=prompts)))
 
 
 def figures(
