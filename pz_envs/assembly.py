@@ -105,11 +105,25 @@ def _teacher(subject: Subject, world: World[Any], teacher: str | Personality | T
     return teacher
 
 
-def _reader(world: World[Any], text: bool) -> Read | None:
+def _reader(world: World[Any], text: bool) -> Read:
     """What reads the student's actions."""
     if text:
         return partial(read_text, world=world)
-    return partial(read_verbatim, world=world) if isinstance(world.action_space, spaces.Text) else None
+    return partial(read_verbatim if isinstance(world.action_space, spaces.Text) else _read_native, world=world)
+
+
+def _read_native(action: Any, world: World[Any]) -> Any:
+    """An action in the form of `World.legal`.
+
+    Raises:
+        ValueError: it is none; if it is a text, the message says how texts are read.
+    """
+    try:
+        return world.legal(action)
+    except ValueError as error:
+        if not isinstance(action, str):
+            raise
+        raise ValueError(f"{error}; for actions in words make the environment with text=True") from None
 
 
 def _image_space(subject: Subject, world: World[Any], picture: Any, text: bool) -> spaces.Space[Any]:

@@ -78,7 +78,7 @@ for axis, (family, unit) in zip(axes, units.items(), strict=True):
         if not saved.why:
             axis.plot([saved.low, saved.high], [teacher, teacher], color="tab:blue")
         axis.plot(saved.mean, teacher, "o", color="tab:blue")
-    axis.set(title=family, xlabel=f"{unit} saved beside silence, an episode")
+    axis.set(title=family, xlabel=f"{unit} saved against silence, an episode")
     axis.set(xlim=(0, None), ylim=(-0.5, 2.5))
 file = Path("quickstart-study.png").resolve()
 figure.savefig(file, dpi=150)

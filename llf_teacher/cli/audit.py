@@ -44,8 +44,8 @@ def audit(
     teacher: Annotated[
         list[str] | None,
         typer.Option(
-            help="Spec of a teacher, also module:Class, or a pattern such as '*_focused'; repeat it for several. By "
-            "default oracle."
+            help="Teacher, such as 'mistake(eps=0.3)' or module:Class, or a pattern such as '*_focused'; repeat it for "
+            "several. By default oracle."
         ),
     ] = None,
     turns: Annotated[int, typer.Option(min=1, help="Turns for each environment and teacher.")] = 1000,
@@ -114,7 +114,8 @@ def audit(
         else:
             left_out.setdefault(family.name, {})[spec] = None
     if unmeasured:
-        message = f"left out: {', '.join(unmeasured)}: no posterior, by which bits are measured"
+        why = "bits cannot be measured there, since no worlds like the student's can be drawn"
+        message = f"left out: {', '.join(unmeasured)}: {why}"
         console.print(message, markup=False, highlight=False, soft_wrap=True)
     for name, unserved in left_out.items():
         message = f"left out: {name} does not support {', '.join(unserved)}"
@@ -281,6 +282,7 @@ def _share_false(audits: list["Audit"]) -> str:
 
 def _print(found: list["Audit"]) -> None:
     from teachers.atoms import KINDS
+    from teachers.words import coded_words
 
     measured = any(each.measured for each in found)
     console = Console(emoji=False, highlight=False)
@@ -288,11 +290,11 @@ def _print(found: list["Audit"]) -> None:
         console.width = max(console.width, _WIDE)
     columns = [
         *((kind, 4) for kind in KINDS),
-        ("hold", 6),
-        ("withheld", 8),
+        ("true", 6),
+        ("with-\nheld", 5),
         ("words", 5),
         ("leaks", 5),
-        ("clash", 5),
+        ("contra-\ndictions", 8),
     ]
     changes = any(each.changes for each in found)
     if changes:
@@ -330,8 +332,10 @@ def _print(found: list["Audit"]) -> None:
     _print_elsewhere(console, [each for each in found if each.elsewhere])
     _print_hedges(console, [each for each in found if each.hedges.sentences])
     console.print(
-        "\nColumns: claims by kind; share of claims that hold, with those of instructions; claims of the oracle that "
-        "were withheld; words of feedback in a turn; leaks; pairs of claims that contradict each other."
+        f"\nColumns: claims of {coded_words(KINDS)}; share of claims that are true, with those of instructions; "
+        "claims of the oracle that "
+        "the personality withheld; words of feedback in a turn; leaks, that is, feedback that was not asked for; pairs "
+        "of claims that contradict each other."
     )
     if measured:
         console.print(
@@ -339,7 +343,9 @@ def _print(found: list["Audit"]) -> None:
             "> where some claims say at least so much."
         )
     if reworded := sum(each.reworded for each in found):
-        console.print(f"{reworded:,} sentences are no shipped paraphrase of their claim; nobody checked these words.")
+        console.print(
+            f"{reworded:,} sentences are not in our words for their claim; nobody checked whether they say the same."
+        )
     if changes:
         console.print("Changed: sentences in which the voice changed a number or a name.")
     for each in found:
@@ -358,20 +364,22 @@ def _print(found: list["Audit"]) -> None:
 
 
 def _print_elsewhere(console: Console, found: list["Audit"]) -> None:
-    """Print how many claims of other lessons hold there, and how many hold here, by chance."""
+    """Print how many claims from other worlds are true there, and how many are true here, by chance."""
     for each in found:
         table = Table("kind", "claims", "true there", "true here", box=None, padding=(0, 2, 0, 0))
         for kind, numbers in each.displaced().items():
             claims, _, here = numbers
             table.add_row(kind or "", *(f"{number:,}" for number in numbers[:2]), f"{here:,} ({here / claims:.0%})")
-        console.print(f"[bold]from elsewhere by {escape(each.teacher)} in {escape(each.id)}[/]", table, sep="\n")
+        console.print(
+            f"[bold]claims from other worlds by {escape(each.teacher)} in {escape(each.id)}[/]", table, sep="\n"
+        )
 
 
 def _print_hedges(console: Console, found: list["Audit"]) -> None:
     """Print how often the hedged claims of each teacher hold, by their stated probability."""
     for each in found:
         hedges = each.hedges
-        table = Table("said", "sentences", "mean", "hold", box=None, padding=(0, 2, 0, 0))
+        table = Table("said", "sentences", "mean", "true", box=None, padding=(0, 2, 0, 0))
         for group in hedges.bins:
             numbers = f"{group.sentences:,}", f"{group.said:.1%}", f"{group.held:.1%}"
             table.add_row(f"{group.low:.0%} to {group.low + 0.09:.0%}", *numbers)

@@ -27,9 +27,11 @@ def film(
     id: Annotated[str, typer.Argument(help="Environment, as `llf list` shows it.", autocompletion=complete_id)],
     path: Annotated[Path, typer.Argument(help="File to write: .gif, .webp, or, with the extra `film`, .mp4.")],
     teacher: Annotated[
-        str, typer.Option(help="Spec of the teacher, also module:Class.", autocompletion=complete_teacher)
+        str, typer.Option(help="Teacher, such as 'mistake(eps=0.3)' or module:Class.", autocompletion=complete_teacher)
     ] = "oracle",
-    student: Annotated[str, typer.Option(help="Spec of the student.", autocompletion=complete_student)] = "obedient",
+    student: Annotated[
+        str, typer.Option(help="Student, such as obedient or module:Class.", autocompletion=complete_student)
+    ] = "obedient",
     instruction_type: cli.InstructionType = "b",
     feedback_type: cli.FeedbackType = "a",
     seed: Annotated[int, typer.Option(min=0, help="Seed of the episode.")] = 0,
@@ -51,7 +53,7 @@ def film(
 ) -> None:
     """Write an episode as an animation with one frame for each turn: the world, the action and the feedback.
 
-    The frames also show the truth, and whether each sentence holds; leave both out with --plain.
+    The frames also show the truth, and whether each sentence is true; leave both out with --plain.
     """
     draw_off_screen()
     from llf_teacher.registry import entry

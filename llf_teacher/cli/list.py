@@ -67,7 +67,7 @@ def list_(
         for name in teachers:
             cls: Any = PERSONALITIES[name]
             honest = "[green]yes[/]" if cls().honest else "[red]no[/]"
-            table.add_row(_spec(name, cls), honest, escape(_description(cls, bool(pattern))))
+            table.add_row(_spec(name, cls), honest, escape(_description(name, cls, bool(pattern))))
         console.print("", table, sep="\n")
     named: tuple[tuple[str, list[str], Any], ...] = (
         ("student", students, STUDENTS),
@@ -78,7 +78,7 @@ def list_(
             table = _table(what, "what it does")
             for name in names:
                 cls = registry[name]
-                table.add_row(_spec(name, cls), escape(_description(cls, bool(pattern))))
+                table.add_row(_spec(name, cls), escape(_description(name, cls, bool(pattern))))
             console.print("", table, sep="\n")
 
 
@@ -137,7 +137,10 @@ def _spec(name: str, cls: Any) -> str:
     return f"[cyan]{escape(f'{name}({parameters})' if parameters else name)}[/]"
 
 
-def _description(cls: type, whole: bool) -> str:
-    """A docstring or its first paragraph, each paragraph in one line."""
+def _description(name: str, cls: type, whole: bool) -> str:
+    """What it does, as the documents say it, and with `whole` its docstring, each paragraph in one line."""
+    from llf_teacher.tools.tables import definition
+
     paragraphs = [" ".join(each.split()) for each in (inspect.getdoc(cls) or "").split("\n\n")]
-    return "\n".join(paragraphs if whole else paragraphs[:1])
+    said = definition(name, cls)
+    return "\n".join([*filter(None, (said,)), *paragraphs] if whole else [said or paragraphs[0]])

@@ -47,7 +47,7 @@ def models(context: typer.Context) -> None:
     console = Console(emoji=False, highlight=False)
     console.print(table)
     console.print(
-        "A spec names a model as llm(model='local:NAME'); `llf models add FILE.gguf` adds a file.", markup=False
+        "A student llm(model='local:NAME') asks a model; `llf models add FILE.gguf` adds a file.", markup=False
     )
 
 

@@ -46,7 +46,7 @@ def new(
     name: Annotated[str, typer.Argument(help="Its name, a Python identifier in lower case.")],
     folder: Annotated[Path, typer.Option(help="A clone of the repository.")] = Path(),
 ) -> None:
-    """Begin a family, a personality, a student or a trait of your own: small files that work and pass their kits.
+    """Begin a family, a personality, a student or a trait of your own: small files that work and pass their checks.
 
     Existing files stay unchanged.
     """

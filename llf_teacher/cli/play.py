@@ -15,15 +15,16 @@ from rich.text import Text
 from llf_teacher import cli
 from llf_teacher.cli import complete_id, complete_student, complete_teacher, help_shows, read_options, search_here
 from llf_teacher.escaping import escape_control_chars
+from llf_teacher.models.asked import lines_of
 from llf_teacher.models.replies import LENGTH
-from llf_teacher.speakers.speaker import FAULTS
+from llf_teacher.speakers.speaker import EMPTY, FAULTS
 from llf_teacher.theme.turns import prepare_turns
 from pz_envs.seats import STUDENT, TEACHER
 from teachers.atoms import KINDS, ParseFailure
 from teachers.feedback import number_of, parse_kinds
 from teachers.spec import unknown
 from teachers.terminal import Waiting
-from teachers.words import KIND_MEANINGS, KIND_WORDS, VERDICTS, VerdictWord, kind_word, verdict_of
+from teachers.words import KIND_MEANINGS, KIND_WORDS, VERDICTS, VerdictWord, coded_words, kind_word, verdict_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -62,7 +63,7 @@ def add_to(app: typer.Typer) -> None:
     app.command("play")(play)
 
 
-@help_shows("seat", "teacher", "student", "seed", "max_turns")
+@help_shows("seat", "teacher", "student", "seed", "prompts")
 def play(
     id: Annotated[str, typer.Argument(help="Environment, as `llf list` shows it.", autocompletion=complete_id)],
     seat: Annotated[
@@ -71,15 +72,15 @@ def play(
     teacher: Annotated[
         str,
         typer.Option(
-            help="Spec of the teacher's personality, also module:Class; in the teacher's seat, of the one that offers "
-            "you claims. To watch, also llm_teacher(...) or module:factory.",
+            help="Teacher, such as 'mistake(eps=0.3)' or module:Class; in the teacher's seat, the one that offers you "
+            "claims. To watch, also llm_teacher(...) or module:factory.",
             autocompletion=complete_teacher,
         ),
     ] = "oracle",
     student: Annotated[
         str | None,
         typer.Option(
-            help="Spec of the student that you teach, by default obedient, or that you watch, without --seat.",
+            help="Student that you teach, by default obedient; without --seat, the one that you watch.",
             autocompletion=complete_student,
         ),
     ] = None,
@@ -98,6 +99,10 @@ def play(
     own_words: Annotated[
         bool,
         typer.Option("--own-words", help="In the teacher's seat, say sentences of your own; each is read and checked."),
+    ] = False,
+    prompts: Annotated[
+        bool,
+        typer.Option("--prompts", help="Show what each model was asked: all messages as sent, and the answer's form."),
     ] = False,
     _advanced: cli.Advanced = False,
 ) -> None:
@@ -128,11 +133,16 @@ def play(
             "a student says nothing; use --seat teacher" if seat == "student" else "--bits is of claims to choose from"
         )
         raise ValueError(f"{why}, or leave out --own-words")
+    if prompts and seat == "student":
+        raise ValueError(
+            "--prompts shows what models are asked, and in the student's seat you learn from a personality; give "
+            "--student, or leave out --prompts"
+        )
     console = Console(emoji=False, highlight=False)
     seed = secrets.randbelow(2**31) if seed is None else seed
     if seat == "none":
         given = {"instruction_type": instruction_type, "feedback_type": feedback_type, "max_turns": max_turns}
-        _watch(console, id, student or "", teacher, seed, given | read_options(option))
+        _watch(console, id, student or "", teacher, seed, given | read_options(option), prompts)
         return
     lesson = None
     try:
@@ -156,7 +166,7 @@ def play(
         else:
             if lesson.unmeasured:
                 raise ValueError(lesson.unmeasured)
-            _teach(console, lesson)
+            _teach(console, lesson, prompts)
     except (EOFError, KeyboardInterrupt):
         _say_left(console, *((lesson.rows, lesson.family.name) if lesson else ((), "")))
 
@@ -194,6 +204,7 @@ def _watch(
     teacher: str,
     seed: int,
     settings: dict[str, Any],
+    prompts: bool,
 ) -> None:
     """An episode of a student and its teacher, shown turn by turn; `settings` are those of `make`."""
     from llf_teacher.episodes.loop import play_turns
@@ -226,7 +237,7 @@ def _watch(
             row = recorder.note(**(policy.record() if turn.moment.turn else {}))
             if form is None and (form := getattr(policy, "form", None)):
                 _put(console, Text(f"The student's model is asked for answers as {form}.", "dim"))
-            _show_turn(console, row, env.family.name)
+            _show_turn(console, row, env.family.name, prompts)
     except LLMError as error:
         raise ValueError(f"{error}") from None
     except KeyboardInterrupt:
@@ -234,6 +245,8 @@ def _watch(
         return
     finally:
         env.close()
+    if prompts:
+        _say_unasked(console, recorder.rows)
     last, found = recorder.rows[-1], recorder.episode(policy.reads)
     _say_result(console, last.turn, last.success, found.total_reward)
     _say_false(console, recorder.rows, env.family.name)
@@ -252,11 +265,28 @@ def _claims(count: int) -> str:
     return "1 claim" if count == 1 else f"{count} claims"
 
 
-def _show_turn(console: Console, row: "TurnRow", family: str) -> None:
+def _show_prompt(console: Console, asked: dict[str, Any] | None, seat: str) -> None:
+    """What the model of a seat was asked, if it was asked."""
+    if asked is not None:
+        console.print(Text(f"the {seat}'s model was asked:", "cyan"))
+        for role, text in lines_of(asked):
+            console.print(Text(f"  {role}:", "cyan"))
+            _put_beside(console, Text("    "), Text(escape_control_chars(text.strip())))
+
+
+def _say_unasked(console: Console, rows: "Iterable[TurnRow]") -> None:
+    """A message if there was no prompt to show."""
+    if not any(row.asked or row.teacher_asked for row in rows):
+        _put(console, Text("Neither student nor teacher asked a model, so there are no prompts."))
+
+
+def _show_turn(console: Console, row: "TurnRow", family: str, prompts: bool) -> None:
     """A turn: the answer, the action that was read in it, the world, the teacher's sentences and their verdicts."""
     turn = prepare_turns([row._asdict()], family)[0]
     if row.turn:
         console.print(Text(f"Turn {row.turn}", "bold"))
+        if prompts:
+            _show_prompt(console, row.asked, "student")
         if row.thought:
             _put_beside(console, Text("thinks: ", "dim"), Text(escape_control_chars(row.thought), "dim"))
         if row.answer is not None:
@@ -268,6 +298,8 @@ def _show_turn(console: Console, row: "TurnRow", family: str) -> None:
         _put_beside(console, Text("action: ", "bold"), taken)
         console.print(f"reward: {row.reward:.4g}")
     _put_beside(console, Text("sees: ", "dim"), Text(escape_control_chars(row.observation), "dim"))
+    if prompts:
+        _show_prompt(console, row.teacher_asked, "teacher")
     said = _sentences(turn)
     if not said and (words := row.instruction if not row.turn else row.feedback):
         said = [(None, words, None)]
@@ -284,7 +316,18 @@ def _show_turn(console: Console, row: "TurnRow", family: str) -> None:
     if row.reply and faults:
         lead = Text(f"teacher's model ({', '.join(faults)}): ", "red")
         _put_beside(console, lead, Text(escape_control_chars(row.reply["answer"] or "(nothing)"), "dim"))
+    for why in [*_unread(row), *(row.problems or ())]:
+        _put_beside(console, Text("  not made: ", "red"), Text(escape_control_chars(why)))
     console.print()
+
+
+def _unread(row: "TurnRow") -> "Iterable[str]":
+    """What is wrong with an answer of the teacher's model in words, which were not asked for."""
+    from pz_envs.text.json_values import find_message
+
+    reply = row.reply or {}
+    if {*reply.get("faults", ())} == {EMPTY} and reply["answer"] and find_message(reply["answer"]) is None:
+        yield 'an answer must be a JSON object, as in {"claims": [...]}; got words'
 
 
 def _sentences(turn: dict[str, Any]) -> list[tuple[Any, str, VerdictWord | None]]:
@@ -301,7 +344,7 @@ def _say_false(console: Console, rows: "Iterable[TurnRow]", family: str) -> None
     checked = [each for each in said if each[-1] is not None and each[-1].holds is not None]
     false = [(turn, kind, text) for turn, kind, text, verdict in checked if verdict is not None and not verdict.holds]
     rest = len(said) - len(checked)
-    others = f" Not judged: {rest}; words that are not read, and hedges, are neither true nor false." if rest else ""
+    others = f" Not checked: {rest}; words that are not read, and hedges, are neither true nor false." if rest else ""
     verb = "was" if len(false) < 2 else "were"
     found = f"{len(false) or 'None'} of the {len(checked)} checked sentences {verb} false."
     console.print(f"{found if checked else 'No sentence was checked.'}{others}")
@@ -385,12 +428,14 @@ def _explain(console: Console, session: "Session") -> None:
     _put(console, Text(_COMMANDS + also, "dim"))
 
 
-def _teach(console: Console, lesson: "LiveLesson") -> None:
+def _teach(console: Console, lesson: "LiveLesson", prompts: bool) -> None:
     """An episode in the teacher's seat, which shows the truth and, if measured, the information of each claim."""
     session, turn = lesson.session, lesson.teacher_view.teacher_turn
     _greet(console, lesson)
     _put(console, Text(escape_control_chars(session.instruction), "bold"))
     while not lesson.over:
+        if prompts and lesson.rows:
+            _show_prompt(console, lesson.prompt(), "student")
         _show(console, lesson)
         ask = _choose if lesson.settings.speech == "kinds" else _word
         said = ask(console, lesson, partial(_explain, console, session))
@@ -401,6 +446,8 @@ def _teach(console: Console, lesson: "LiveLesson") -> None:
         heard = session.feedback if lesson.settings.speech == "kinds" else lesson.rows[-1].instruction or ""
         _put(console, Text(escape_control_chars(heard), "green"))
         _understood(console, lesson)
+    if prompts:
+        _say_unasked(console, lesson.rows)
     _sum_up(console, lesson, turn.budget.cost * turn.budget.spent)
 
 
@@ -533,7 +580,7 @@ def _choose(console: Console, lesson: "LiveLesson", explain: Callable[[], None])
             said.append(f"  {bits[i].described}", "dim")
         _put_beside(console, lead, said)
     left = "" if budget.limit is None else f"; {budget.left} of {budget.limit} left"
-    prompt = f"Say which kinds of {', '.join(KINDS)}? (a: all, empty: none{left})> "
+    prompt = f"Say which kinds, such as praise+advice or hp+fp? (a: all, empty: none{left})> "
     if not budget.left:
         prompt = f"Your budget of {budget.limit} is spent, so that you can say nothing more. Enter to go on> "
     while True:
@@ -552,7 +599,7 @@ def _choose(console: Console, lesson: "LiveLesson", explain: Callable[[], None])
         try:
             kinds = parse_kinds("a" if words in (["a"], ["all"]) else words)
         except ValueError:
-            console.print(f"Type some of {', '.join(KINDS)}, a for all of them, or nothing; {HELP[0]} explains them.")
+            console.print(f"Type some of {coded_words(KINDS)}, a for all of them, or nothing; {HELP[0]} explains them.")
             continue
         return number_of(kinds)
 

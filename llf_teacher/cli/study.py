@@ -16,7 +16,7 @@ from llf_teacher.models.settings import BUDGET
 from llf_teacher.studies import commands
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
     from llf_teacher.studies.definition.study import Study
     from llf_teacher.studies.execution.runner import RunOptions
@@ -65,7 +65,7 @@ class _StudyCommands(Commands):
 def add_to(app: typer.Typer) -> None:
     """Add the group and its commands."""
     group = typer.Typer(
-        help="Run a feedback study: `llf study FILE.toml` runs that of a file, `llf study` the built-in quickstart.",
+        help="Run a study: `llf study FILE.toml` runs the one in a file, `llf study` a built-in one.",
         cls=_StudyCommands,
         invoke_without_command=True,
     )
@@ -111,7 +111,7 @@ def run(
             "--llm-budget",
             min=0,
             envvar=BUDGET,
-            help="Most USD that LLM students may spend for this store, earlier runs included.",
+            help="Most USD that language models may cost for this store, earlier runs included.",
         ),
     ] = None,
     episode_seconds: Annotated[
@@ -188,6 +188,7 @@ def report(
 ) -> None:
     """Write the report of a study from the episodes in its store, also while the study runs or after it stopped."""
     from llf_teacher.studies import load
+    from llf_teacher.studies.definition.own_code import since
     from llf_teacher.studies.definition.study import load_study
     from llf_teacher.studies.report import check_writable, write_report
     from llf_teacher.studies.store import Store
@@ -200,12 +201,14 @@ def report(
         if not shared:
             check_report(report, results.manifest.get("name", "") if file is None else name_of(file, path))
         write_report(opened, results.played_study if file is None else load_study(file), report)
+        _warn(since(results.manifest.get("code", {})))
     Console(emoji=False, stderr=True, markup=False).print(f"Report: {report.resolve()}")
 
 
 def check(file: Annotated[Path, typer.Argument(help="Store of a study.", exists=True, dir_okay=False)]) -> None:
     """Check that a store is complete and unchanged. Damage is printed, and the exit status is 1."""
     from llf_teacher.studies.definition.fingerprints import mixed, mixed_words
+    from llf_teacher.studies.definition.own_code import since, unseen
     from llf_teacher.studies.store import Store
 
     with Store(file, read_only=True) as store:
@@ -215,20 +218,26 @@ def check(file: Annotated[Path, typer.Argument(help="Store of a study.", exists=
         if found:
             raise typer.Exit(1)
         typer.echo(f"{store.count} episodes, all as they were written.")
-        for name, numbers in mixed(store.definitions(), store.coded(), store.manifest().get("code", {})).items():
-            errors.print(escape_control_chars(f"warning: {mixed_words(name, numbers)}"))
+        code = store.manifest().get("code", {})
+        _warn(mixed_words(*each) for each in mixed(store.definitions(), store.coded(), code).items())
+        _warn([*since(code), *unseen(code)])
 
 
 def archive(
     store: Annotated[Path, typer.Argument(help="Store of a study, which may be running.", exists=True, dir_okay=False)],
     file: Annotated[Path, typer.Argument(help="Zip file to write.")],
 ) -> None:
-    """Copy a store whole, with the study's file, its manifest, the versions of its software and its report."""
+    """Copy a store whole, with the study's file, your own code, the versions of its software and its report."""
     from llf_teacher.studies import load
 
     with load(store) as results:
-        results.archive(file)
+        _warn(results.archive(file))
     typer.echo(f"Archive: {file.resolve()}")
+
+
+def _warn(lines: "Iterable[str]") -> None:
+    for line in lines:
+        errors.print(escape_control_chars(f"warning: {line}"), highlight=False, soft_wrap=True)
 
 
 def export(
@@ -263,7 +272,7 @@ def export(
 
 
 def power(
-    pilot: Annotated[Path, typer.Argument(help="Store of a pilot, which has a few seeds of the study.")],
+    pilot: Annotated[Path, typer.Argument(help="Store of a pilot: the study with a few seeds.")],
     effect: Annotated[
         float,
         typer.Option("--effect", min=0.001, max=10, help="Smallest difference between two teachers that matters."),
@@ -283,20 +292,22 @@ def power(
         str | None, typer.Option("--baseline", help="Teacher to compare with; by default the baseline of the pilot.")
     ] = None,
 ) -> None:
-    """Print how many seeds a study needs to find an effect, from the paired differences of a pilot."""
+    """Print how many seeds a study needs to find an effect, from a pilot: the study with a few seeds."""
     from llf_teacher.studies import load
     from llf_teacher.studies.analysis.outcomes import outcomes
-    from llf_teacher.studies.analysis.power import needs
+    from llf_teacher.studies.analysis.power import equal, needs
     from llf_teacher.studies.analysis.primary import primary_needs
     from llf_teacher.studies.definition.design import BASELINE
 
     with load(pilot) as results:
         study = results.manifest.get("study", {})
+        names = results.played_study.named if study else {}
         against = baseline or study.get("baseline", BASELINE)
         compare = () if baseline else study.get("compare", ())
         played = outcomes(results.rows())
     every = list(needs(played, against, effect, "regret", chance, compare))
-    if not every:
+    same = equal(played, against, of, compare)
+    if not every and not same:
         raise ValueError(
             f"{pilot} has too few episodes: it needs two seeds of a student that uses feedback, with {against!r} and "
             "with another teacher; play more, or name another teacher by --baseline"
@@ -310,9 +321,7 @@ def power(
         (
             n.family,
             f"{n.instruction_type}, {n.feedback_type}",
-            n.teacher,
-            n.other,
-            n.student,
+            *(names.get(spec, spec) for spec in (n.teacher, n.other, n.student)),
             f"{n.pairs}",
             f"{n.spread:.3f}",
             f"{n.seeds}",
@@ -329,7 +338,13 @@ def power(
                 f"To find a {of} of {effect:g} with a probability of {chance:g} in every {which}, "
                 f"use {max(need.seeds for need in each)} seeds, or {each[0].safe} to be safe."
             )
-    if lacking := len(every) - len(found):
+    if same:
+        what = "success" if of == "success" else "regret"
+        typer.echo(
+            f"Left out: {same} comparison{'s' * (same > 1)} of a family with the same {what} with both teachers in "
+            "every seed of the pilot: no number of seeds can be given."
+        )
+    if of == "score" and (lacking := len(every) - len(found)):
         typer.echo(
             f"{lacking} of {len(every)} comparisons of a family have no score, since regret with the teacher that they "
             "are against is about 0: give --effect in the unit of regret, by --of regret."
@@ -340,7 +355,7 @@ def merge(
     into: Annotated[Path, typer.Argument(help="Store to write.")],
     parts: Annotated[list[Path], typer.Argument(help="Stores of the parts; they are not changed.")],
 ) -> None:
-    """Merge the stores of a study's shards."""
+    """Merge the stores of a study's parts."""
     from llf_teacher.studies.store import merging
 
     with Progress(console=Console(emoji=False, stderr=True, markup=False), transient=True) as progress:
@@ -421,7 +436,6 @@ def _play_and_report(
 ) -> int:
     """Play a study and write its report; the exit status."""
     from llf_teacher.studies.analysis import costs
-    from llf_teacher.studies.execution.changes import specs_of, unseen
     from llf_teacher.studies.execution.progress import StudyProgress
     from llf_teacher.studies.execution.runner import EpisodeError, StudyError, play_missing
     from llf_teacher.studies.report import write_report
@@ -446,9 +460,6 @@ def _play_and_report(
         for line in costs.cost_lines(store):
             console.print(line)
         console.print(f"Played {played} episodes; {path} now has {store.count}.")
-        if played < store.count:
-            for line in unseen(specs_of(study)):
-                console.print(escape_control_chars(line), highlight=False)
         if not store.count:
             errors.print("There is no report, since all episodes failed: mend what the error names first.")
         if store.count:

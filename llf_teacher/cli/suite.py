@@ -5,7 +5,7 @@ import shlex
 import sys
 import warnings
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -15,13 +15,16 @@ from llf_teacher.cli import Advanced, Commands, complete_student, errors, help_s
 from llf_teacher.escaping import escape_control_chars
 from llf_teacher.models.settings import BUDGET
 
+if TYPE_CHECKING:
+    from llf_teacher.suite.card import AbilityLine, Card
+
 STORE = Path("llf-suite.db")
 
 
 def add_to(app: typer.Typer) -> None:
     """Add the group and its commands."""
     group = typer.Typer(
-        help="Take the suite: `llf suite --student SPEC` writes a card of scores.",
+        help="Measure what a student can do with feedback: `llf suite --student obedient` writes a card of scores.",
         cls=Commands,
         invoke_without_command=True,
     )
@@ -36,15 +39,17 @@ def suite(
     context: typer.Context,
     student: Annotated[
         str | None,
-        typer.Option(help="Spec of a student, or `module:factory` of your agent.", autocompletion=complete_student),
+        typer.Option(
+            help="Student, such as obedient, or `module:factory` of your agent.", autocompletion=complete_student
+        ),
     ] = None,
     card: Annotated[
         list[Path] | None, typer.Option(help="File to write: .json, .md, .svg or .html; repeat it for several.")
     ] = None,
-    only: Annotated[list[str] | None, typer.Option(help="Experiment to take; repeat it for several.")] = None,
+    only: Annotated[list[str] | None, typer.Option(help="Experiment to play; repeat it for several.")] = None,
     quick: Annotated[
         bool,
-        typer.Option("--quick", help="Take the four experiments that tell most, in fewer worlds, within 20 minutes."),
+        typer.Option("--quick", help="Play only four experiments, in fewer worlds, within 20 minutes."),
     ] = False,
     key: Annotated[str, typer.Option(help="Text from which other seeds are drawn.")] = "",
     store: Annotated[Path, typer.Option(help="SQLite file for the episodes; an interrupted suite is resumed.")] = STORE,
@@ -68,22 +73,23 @@ def suite(
     ] = False,
     _advanced: Advanced = False,
 ) -> None:
-    """Take the suite: score what a student does with feedback, one ability an experiment.
+    """Measure what a student does with feedback, one ability an experiment.
 
-    A score is the regret that a student saves against a control, divided by that of a reference: 0 if it takes no
-    notice, 1 if it does as well as the reference.
+    A score is 0 if the student takes no notice of the feedback, and 1 if it gains as much as a scripted student. The
+    exit status is 3 if episodes fail, and 1 if nothing was measured, for example since no answer was an action.
     """
     if context.invoked_subcommand is not None:
         return
     if student is None:
-        raise typer.BadParameter("give --student SPEC, such as --student obedient, or check or compare")
-    from llf_teacher.studies.execution.changes import choice_of, unseen
+        raise typer.BadParameter("give --student, such as --student obedient, or the command check or compare")
+    from llf_teacher.studies.definition.own_code import unseen
+    from llf_teacher.studies.execution.changes import choice_of
     from llf_teacher.studies.execution.progress import StudyProgress
     from llf_teacher.studies.execution.runner import StudyError
     from llf_teacher.suite import take
-    from llf_teacher.suite.card import FINDS, check_file
+    from llf_teacher.suite.card import check_file
     from llf_teacher.suite.estimate import estimate
-    from llf_teacher.suite.taking import Outlook
+    from llf_teacher.suite.taking import Outlook, actions_of
 
     search_here()
     changed = choice_of(replay_changed, keep_old)
@@ -93,8 +99,12 @@ def suite(
     for path in card or ():
         check_file(path)
     console = Console(emoji=False, stderr=True, markup=False)
-    console.print(f"The student plays {estimate(student, only or (), quick, key)}, less what {store} has already,")
-    console.print("and the references, whose scores are the units, play as well. The first episodes measure the speed.")
+    console.print(
+        f"The student plays {estimate(student, only or (), quick, key)}; those in {store} are not played again."
+    )
+    console.print("Scripted students, with which it is compared, play as well. The first episodes measure the speed.")
+    for id, syntax in actions_of(only or (), quick).items():
+        console.print(f"An answer in {id} is {syntax}.", highlight=False)
     for said in unseen([student]) if store.exists() else ():
         console.print(escape_control_chars(said), highlight=False)
     with StudyProgress(console, measured=True) as progress, warnings.catch_warnings():
@@ -117,24 +127,36 @@ def suite(
     for path in card or ():
         found.write(path)
         console.print(f"Card: {path.resolve()}")
-    heads, *rows = ([escape_control_chars(cell) for cell in row[:-1]] for row in found.table())
-    table = Table(*heads, title=escape_control_chars(found.student), caption=FINDS)
-    for row in rows:
-        table.add_row(*row)
     result = Console(emoji=False, markup=False, highlight=False)
-    for line in found.lines:
-        result.print(
-            escape_control_chars(f"{line.name}: {line.asked} {line.did} ({line.measured}.) {line.answers.words}")
-        )
-        if line.answers.episode:
-            read = shlex.join(["llf", "study", "transcript", f"{store}", line.answers.episode[:12]])
-            result.print(escape_control_chars(f"  a lesson: {read}"), soft_wrap=True)
-    result.print(table)
+    measured = any(line.score is not None for line in found.lines)
+    _print_lines(found, store, result)
+    if measured:
+        heads, *rows = ([escape_control_chars(cell) for cell in row[:-1]] for row in found.table())
+        table = Table(*heads, title=escape_control_chars(found.student), caption=found.explained)
+        for row in rows:
+            table.add_row(*row)
+        result.print(table)
     for sentence in found.sentences():
         result.print(escape_control_chars(f"- {sentence}"))
     result.print(found.settings())
     if found.failures:
         raise typer.Exit(3)
+    if not measured:
+        raise typer.Exit(1)
+
+
+def _print_lines(card: "Card", store: Path, result: Console) -> None:
+    """Print what the student did in each experiment; what was not measured for the same reason stands in one line."""
+    by_reason: dict[str, list[AbilityLine]] = {}
+    for line in card.lines:
+        by_reason.setdefault(line.name if line.score is not None else line.why, []).append(line)
+    for line, *others in by_reason.values():
+        names = ", ".join(each.name for each in (line, *others))
+        alone = f"{line.asked} {line.did} ({line.measured}.) {line.answered}"
+        result.print(escape_control_chars(f"{names}: {line.did if others else alone}"))
+        if line.answers.episode:
+            read = shlex.join(["llf", "study", "transcript", f"{store}", line.answers.episode[:12]])
+            result.print(escape_control_chars(f"  an episode: {read}"), soft_wrap=True)
 
 
 Card_ = Annotated[Path, typer.Argument(help="JSON file of a card.", exists=True, dir_okay=False)]

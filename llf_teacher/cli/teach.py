@@ -27,15 +27,15 @@ def teach(
     ],
     option: Annotated[
         list[str] | None,
-        typer.Option(help="Option of the environment, as NAME=VALUE, or oracle=SPEC; repeat it for several."),
+        typer.Option(help="Option of the environment, as NAME=VALUE, such as oracle=rewards; repeat it for several."),
     ] = None,
     teacher: Annotated[
         str,
-        typer.Option(help="Spec of the episode's teacher, also module:Class.", autocompletion=complete_teacher),
+        typer.Option(help="Teacher, such as 'mistake(eps=0.3)' or module:Class.", autocompletion=complete_teacher),
     ] = "oracle",
     seed: Annotated[int, typer.Option(help="Seed of the episode.")] = 0,
 ) -> None:
-    """Show what can be taught in an environment: its spaces, the teacher's tier, one episode, and what is missing.
+    """Show what can be taught in an environment: its spaces, what the teacher knows, an episode, and what is missing.
 
     The exit status is 1 if the environment breaks Gymnasium's interface.
     """

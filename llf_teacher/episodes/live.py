@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from llf_teacher.episodes.record import TurnRow
 from llf_teacher.episodes.recorder import Recorder
+from llf_teacher.models.asked import Asked
 from llf_teacher.registry import Entry
 from llf_teacher.speakers.parsing import PHRASES
 from llf_teacher.students.student import Student
@@ -146,7 +147,7 @@ class LiveLesson:
             ValueError: the move is not possible; nothing has changed.
         """
         if self.over:
-            raise OutOfTurnError("the episode is over; begin a new lesson to go on")
+            raise OutOfTurnError("the episode is over; begin a new one to go on")
         if seat != self.to_move:
             raise OutOfTurnError("it is the turn of the other seat; wait until it has moved")
         before = len(self.inputs)
@@ -183,6 +184,10 @@ class LiveLesson:
             if method == "act" and self._policy is not None:
                 self._policy_action()  # the policy acts too, for its memory, but the input's action counts
             self._do(method, *arguments)
+
+    def prompt(self) -> Asked | None:
+        """What the student's model was asked for its last action; None without a model."""
+        return None if self._policy is None else self._policy.record().get("asked")
 
     def renderer(self, seat: str) -> EpisodeRenderer:
         """Renders the lesson for a seat: with the truth, which the student sees only at the end."""

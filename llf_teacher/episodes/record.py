@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from llf_teacher.models.asked import restored, shortened
 from llf_teacher.models.replies import LENGTH
 from llf_teacher.speakers.speaker import CUT, EMPTY, REPEATS
 from teachers import common
@@ -119,6 +120,16 @@ class TurnRow(NamedTuple):
     """The form in which a model was asked for its answer: `json`, `tool` or `text`."""
     reply: dict[str, Any] | None = None
     """The answer of a model in the teacher's seat: the fields of `TeacherReply`; null without a model."""
+    asked: dict[str, Any] | None = None
+    """What a model in the student's seat was asked, see `llf_teacher.models.asked`; null without a model."""
+    teacher_asked: dict[str, Any] | None = None
+    """Likewise for the teacher's seat."""
+    problems: list[str] | None = None
+    """Why claims in messages could not be made, a reason for each; null if there are none."""
+
+
+ASKED = ("asked", "teacher_asked")
+"""The fields that have whole prompts, which tables leave out."""
 
 
 class EpisodeRow(NamedTuple):
@@ -443,14 +454,21 @@ def turns_as_dicts(rows: Iterable[TurnRow]) -> list[dict[str, Any]]:
 
 
 def pack_turns(rows: Iterable[TurnRow]) -> bytes:
-    """Turns as compressed JSON, without null fields."""
-    text = json.dumps(turns_as_dicts(rows), ensure_ascii=False, separators=(",", ":"))
+    """Turns as compressed JSON, without null fields, and without what a prompt shares with the one before."""
+    turns = turns_as_dicts(rows)
+    for name in ASKED:
+        short = shortened([turn.get(name) for turn in turns])
+        turns = [turn if each is None else turn | {name: each} for turn, each in zip(turns, short, strict=True)]
+    text = json.dumps(turns, ensure_ascii=False, separators=(",", ":"))
     return zlib.compress(storable(text).encode(), 9)
 
 
 def unpack_turns(packed: bytes) -> list[dict[str, Any]]:
     """Unpack turns, with all fields of `TurnRow`; `action` and `atoms` are decoded."""
     turns = [dict.fromkeys(TurnRow._fields) | turn for turn in json.loads(zlib.decompress(packed))]
+    for name in ASKED:
+        for turn, asked in zip(turns, restored([turn[name] for turn in turns]), strict=True):
+            turn[name] = asked
     for turn in turns:
         turn["action"] = None if turn["action"] is None else json.loads(turn["action"])
     return turns

@@ -125,6 +125,8 @@ class Recorder:
             readings=self._readings(self._reader, turn) or None if self._reader else None,
             paid=usage._asdict() if isinstance(usage, Usage) else None,
             reply=reply._asdict() | {"faults": [*reply.faults]} if isinstance(reply, TeacherReply) else None,
+            teacher_asked=getattr(self._speaker, "asked", None),
+            problems=[why for each in session.teacher_turns for why in each.unbuilt] or None,
         )._replace(**answer)
         self.rows.append(row)
         return row

@@ -199,7 +199,7 @@ def suite(
     names = [only] if isinstance(only, str) and only else list(only)
     experiments = {name: each for name, each in chosen(names, quick).items() if not each.lessons}
     if not experiments:
-        raise ValueError(f"only must have an experiment without earlier lessons, got {', '.join(names)}")
+        raise ValueError(f"only must have an experiment without earlier episodes, got {', '.join(names)}")
     seeds, turns = seeds_of(key, quick), QUICK_TURNS if quick else TURNS
     studies, rows = studies_of([], experiments, seeds, turns), []
     for study in studies:

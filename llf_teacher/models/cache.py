@@ -36,6 +36,7 @@ CREATE TABLE IF NOT EXISTS sent (model TEXT PRIMARY KEY, requests INTEGER NOT NU
 CREATE TABLE IF NOT EXISTS served (endpoint TEXT, model TEXT, id TEXT NOT NULL, PRIMARY KEY (endpoint, model));
 CREATE TABLE IF NOT EXISTS form (key TEXT PRIMARY KEY, model TEXT NOT NULL, name TEXT NOT NULL, why TEXT NOT NULL)
     WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS trial (key TEXT PRIMARY KEY) WITHOUT ROWID;
 """
 _FORMS = "SELECT model, name, why FROM form ORDER BY key"
 _TRIES = 100  # attempts to set the mode of a file, 0.1 s apart
@@ -197,6 +198,11 @@ class Cache:
         with self._writing() as db:
             db.execute("INSERT OR IGNORE INTO form VALUES (?, ?, ?, ?)", (key, model, *form))
 
+    def keep_trial(self, key: str) -> None:
+        """Note that a request only tries a form of answers."""
+        with self._writing() as db:
+            db.execute("INSERT OR IGNORE INTO trial VALUES (?)", (key,))
+
     def spent(self) -> float:
         """USD in the ledger."""
         row = self._first("SELECT total(usd) FROM ledger")
@@ -208,7 +214,8 @@ class Cache:
         Returns:
             For each model its name, the number of requests with a possible charge (`requests`), their tokens, their
             price in USD, how many of them have an unknown price (`unpriced`), the number of sent requests, and the
-            number of requests without a reply (`lost`); after a trial the `form` in which it is asked, with the reason.
+            number of requests without a reply (`lost`); after a trial the `form` in which it is asked, with the reason,
+            and how many of the `requests` were `trials`.
         """
         with self._writing() as db:
             _enter_lost(db)
@@ -218,6 +225,8 @@ class Cache:
         paid = {row[0]: dict(zip(names, row, strict=True)) for row in rows}
         sent = {model: counts for model, *counts in self._db.execute("SELECT model, requests, lost FROM sent")}
         forms = {model: {"form": f"{AnswerForm(*form)}"} for model, *form in self._db.execute(_FORMS)}
+        tried = "SELECT model, count(*) FROM ledger WHERE key IN (SELECT key FROM trial) GROUP BY model"
+        trials = {model: {"trials": number} for model, number in self._db.execute(tried)}
         none = dict(zip(names[1:], (0, 0, 0, 0.0, 0), strict=True))
         return [
             {
@@ -226,6 +235,7 @@ class Cache:
                 **paid.get(model, {}),
                 **dict(zip(("sent", "lost"), counts, strict=True)),
                 **forms.get(model, {}),
+                **trials.get(model, {}),
             }
             for model in sorted(paid.keys() | sent.keys())
             # files of an earlier release have no counts

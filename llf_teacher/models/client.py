@@ -129,8 +129,10 @@ class Endpoint:
     def _first_kept(self, request: dict[str, Any], prices: Prices | tuple[float, float] | None) -> AnswerForm:
         reasons: list[str] = []
         for form in FORMS[:-1]:
+            asked = {**request, **trial(form)}
+            self._cache.keep_trial(Cache.key({**self._identity(request["model"]), **asked}))
             try:
-                why = broken(form, self.answer({**request, **trial(form)}, prices))
+                why = broken(form, self.answer(asked, prices))
             except LLMError as error:
                 if not (isinstance(error, NoAnswerError) or is_about_form(f"{error}")):
                     raise

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from llf_teacher.models.asked import Asked, as_asked
 from llf_teacher.models.forms import AUTO, check_answer
 from llf_teacher.models.model import AsksModel, Model, ModelSettings, prompt_facts
 from llf_teacher.models.replies import LENGTH, Answer, Usage
@@ -67,6 +68,8 @@ class ModelPolicy:
         """The cost of its last answer; None if the model was not asked in this turn."""
         self.reply: TeacherReply | None = None
         """Its last answer; None if the model was not asked in this turn."""
+        self.asked: Asked | None = None
+        """What it was asked; None if it was not asked in this turn."""
 
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> str | Message:
         """The model's words or claims, before the first action advice after the instruction.
@@ -75,7 +78,7 @@ class ModelPolicy:
         after a text that is no action.
         """
         moment, suggestion, spec, vocabulary = info["moment"], info["suggestion"], self._spec, info["vocabulary"]
-        self.withheld, self.usage, self.reply = (), None, None
+        self.withheld, self.usage, self.reply, self.asked = (), None, None, None
         advice = tuple(atom for atom in suggestion.atoms if atom.kind in (FP, FN))
         if not moment.turn:
             self._instruction = Utterance.of([atom for atom in suggestion.atoms if atom not in advice])
@@ -114,7 +117,9 @@ class ModelPolicy:
             fields, needed = claims_form(form, schema), min(_FORM + longest(schema), _MOST)
         past = self._past[-2 * spec.history :] if spec.history else []
         system, asked = {"role": "system", "content": self._system}, {"role": "user", "content": question}
-        return self._model.answer([system, *past, asked], fields, needed)
+        messages = [system, *past, asked]
+        self.asked = as_asked(messages, fields)
+        return self._model.answer(messages, fields, needed)
 
     def _worded(self, moment: Moment[Any]) -> bool:
         """Whether a message has its own words; not in the opening, whose advice is told apart by its claims."""
@@ -132,7 +137,9 @@ class ModelPolicy:
         """The claims of an answer, each once; its own words if wanted. With a filter, without the false claims."""
         words = answer.text.strip()
         found = find_message(words)
-        message = vocabulary.read(words if found is None else known.read(found), moment)
+        if found is None:  # no claim could be read, so that none could not be made: the answer itself is at fault
+            return Message((), "", ())
+        message = vocabulary.read(known.read(found), moment)
         claims = tuple(dict.fromkeys(message.claims))
         if not moment.turn and (early := [claim for claim in claims if claim.kind not in (FP, FN)]):
             problems = [

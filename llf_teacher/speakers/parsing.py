@@ -72,7 +72,7 @@ def with_teacher(settings: Settings, policies: bool = True) -> Settings:
     arguments = arguments_of(taught, settings.feedback_type)
     if not policies and not isinstance(arguments["teacher"], Personality):
         raise ValueError(
-            f"teacher {taught} speaks for itself, and a person or a program in a seat of this lesson needs a "
+            f"teacher {taught} speaks for itself, and a person or a program in a seat of this environment needs a "
             "personality, whose claims can be chosen or suggested; give one of `llf list`, or a class of your own that "
             "derives from teachers.personality.Personality"
         )

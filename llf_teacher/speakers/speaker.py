@@ -17,9 +17,13 @@ from teachers.spec import Spec, call_string
 from teachers.voice import Voice
 
 CUT, EMPTY, REPEATS = "cut", "empty", "repeats"
-"""Faults of a model's answer in the teacher's seat: it was cut at its greatest length; it says nothing; it repeats what
-the student sees."""
-FAULTS = {CUT: "cut at max_tokens", EMPTY: "without a word or claim", REPEATS: "repeating what the student sees"}
+"""Faults of a model's answer in the teacher's seat: it was cut at its greatest length; it holds nothing to say, as
+words in place of JSON; it repeats what the student sees."""
+FAULTS = {
+    CUT: "cut at max_tokens",
+    EMPTY: "without a claim, or words, to say",
+    REPEATS: "repeating what the student sees",
+}
 """The faults in words."""
 
 

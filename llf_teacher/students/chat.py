@@ -11,9 +11,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar
 
+from llf_teacher.models.asked import Asked, as_asked
 from llf_teacher.models.waiting import awaited
 from llf_teacher.students.conversation import Conversation, Message, as_prompt, check_options
-from llf_teacher.students.student import Student
+from llf_teacher.students.student import ModelReply, Student
 from llf_teacher.students.talking import TalkingPolicy
 from teachers.schema import storable
 from teachers.spec import SpecCall, call_string, unknown
@@ -33,7 +34,16 @@ class _Policy(TalkingPolicy["ChatStudent"]):
         spec = self.spec
         return Conversation(self.world, history=spec.history, max_prompt_tokens=spec.max_prompt_tokens, rng=self.rng)
 
+    def begin(self) -> None:
+        self._asked: Asked | None = None
+        super().begin()
+
+    def record(self) -> ModelReply:
+        """What the function was asked; its answer is not a model's, as far as is known."""
+        return {} if self._asked is None else {"asked": self._asked}
+
     def reply(self, messages: list[Message]) -> str:
+        self._asked = as_asked(messages)
         function = self.spec.function
         said = awaited(function(messages if takes_messages(function) else as_prompt(messages)))
         if not isinstance(said, str):

@@ -266,7 +266,7 @@ class Conversation:
         for number, turn in enumerate(sent, self._start - len(self._examples)):
             asked = asked.then(turn.asked, number >= shown)
             if turn.answered:
-                messages += [*_questions(asked, result), _reply(turn)]
+                messages += [*_questions(asked, result), reply_of(turn.answered, turn.call)]
                 asked, result = Question(""), turn.call
         return messages + _questions(asked.then(self._asked, True), result)
 
@@ -375,15 +375,12 @@ def _questions(asked: Question, result: str) -> list[Message]:
     return [{"role": "user", "content": [{"type": "text", "text": text}, shown] if image else text}]
 
 
-def _reply(turn: Exchange) -> Message:
-    if not turn.call:
-        return {"role": "assistant", "content": turn.answered}
-    called = {"name": "act", "arguments": turn.answered}
-    return {
-        "role": "assistant",
-        "content": None,
-        "tool_calls": [{"id": turn.call, "type": "function", "function": called}],
-    }
+def reply_of(answer: str, call: str = "") -> Message:
+    """An answer as a message; with the id of a call, the arguments of a call of the tool."""
+    if not call:
+        return {"role": "assistant", "content": answer}
+    called = {"name": "act", "arguments": answer}
+    return {"role": "assistant", "content": None, "tool_calls": [{"id": call, "type": "function", "function": called}]}
 
 
 def _size(messages: Iterable[Message]) -> int:

@@ -11,6 +11,7 @@ from typing import Any, ClassVar, Generic, TypedDict, TypeVar
 import numpy as np
 from gymnasium import spaces
 
+from llf_teacher.models.asked import Asked
 from llf_teacher.students import builtin
 from pz_envs.learning import Learning
 from pz_envs.subject import Subject
@@ -35,6 +36,8 @@ class ModelReply(TypedDict, total=False):
     """Why the answer ended: `length` if it is incomplete."""
     form: str
     """The form that was asked for: `json`, `tool` or `text`."""
+    asked: Asked
+    """The messages that were sent, and the fields for the form; see `llf_teacher.models.asked`."""
     input_tokens: int
     output_tokens: int
     usd: float
@@ -145,6 +148,11 @@ class Student(Spec, ABC):
     @property
     def draws_worlds(self) -> bool:
         """Whether it draws worlds that it cannot distinguish from its own, which needs a family with a posterior."""
+        return False
+
+    @property
+    def needs_discrete(self) -> bool:
+        """Whether it needs discrete actions, which not all families have."""
         return False
 
     @property

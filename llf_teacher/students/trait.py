@@ -249,6 +249,7 @@ class Traited(Student):
     # As the student.
     reads = property(attrgetter("student.reads"))
     draws_worlds = property(attrgetter("student.draws_worlds"))
+    needs_discrete = property(attrgetter("student.needs_discrete"))
     text = property(attrgetter("student.text"))
     remembers = property(attrgetter("student.remembers"))
 

@@ -10,14 +10,16 @@ from pathlib import Path
 from statistics import fmean
 from typing import TYPE_CHECKING, Any, Self
 
-from llf_teacher.episodes.record import EpisodeRow, EpisodeSpec, TurnRow
+from llf_teacher.episodes.record import ASKED, EpisodeRow, EpisodeSpec, TurnRow
 from llf_teacher.escaping import cell_of, text_of_cell
+from llf_teacher.models.asked import UNKNOWN, Asked, lines_of
 from llf_teacher.serialization import to_json, write_json_lines
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution import runner
 from llf_teacher.studies.store import Store, StoreError
 from llf_teacher.studies.store.targets import check_target
-from teachers.atoms import Label
+from teachers.atoms import FeedbackType, Label
+from teachers.words import kind_word
 from worlds.extras import pip_install
 
 if TYPE_CHECKING:
@@ -26,6 +28,9 @@ if TYPE_CHECKING:
 _MARKS = {Label.DISTORTED: "!", Label.HEDGED: "~"}
 _NAMED = 3  # greatest number of keys in a message
 _CHUNK = 10_000  # rows in memory at once
+_OF_MODELS = ("answer", "reply", *ASKED)
+_LISTED = 10  # greatest number of episodes in a list
+_BEGINNING = 12  # digits of a key in a list
 Rows = Iterator[dict[str, Any]]
 Columns = Mapping[str, Any]
 """The type of each column."""
@@ -92,31 +97,61 @@ class Results:
         return self._store.turns(key)
 
     def all_turns(self) -> Rows:
-        """The turns of all episodes, one by one, each with the `key` of its episode."""
+        """The turns of all episodes, one by one, each with the `key` of its episode, and without the prompts."""
         for row in self.rows():
             for turn in self.turns(row["key"]):
-                yield {"key": row["key"], **turn}
+                yield {"key": row["key"], **{name: value for name, value in turn.items() if name not in ASKED}}
 
-    def transcript(self, key: str) -> str:
+    def transcript(self, key: str, *, prompts: bool = False) -> str:
         """An episode as text: observations, thoughts, feedback and actions; `!` marks false claims, `~` hedged ones.
 
         Args:
             key: the key of the episode, or a beginning that is unique in the store.
+            prompts: whether to show what the models of student and teacher were asked.
 
         Raises:
             StoreError: there is no such episode, or there are several.
         """
+        turns = self.turns(self._whole(key))
         lines = []
-        for turn in self.turns(self._whole(key)):
+        if prompts and not any(any(turn[name] is not None for name in _OF_MODELS) for turn in turns):
+            lines.append("Neither student nor teacher asked a model, so there are no prompts.")
+        for turn in turns:
+            if prompts:
+                lines += _prompt_lines("student", turn["asked"], turn["answer"] is not None)
             if turn["turn"]:
                 did = turn["action_words"] or turn["action"] or f"{turn['parse_failure']!r}, which is no action"
                 lines += [f"    thinks: {line}" for line in (turn["thought"] or "").splitlines()]
                 lines.append(f"[{turn['turn']}] student: {did}  (reward {turn['reward']:g})")
             lines += [f"    sees: {line}" for line in turn["observation"].splitlines()]
-            lines += [
-                f"    teacher, {a['kind'] or 'brief'}{_MARKS.get(a['label'], '')}: {a['text']}" for a in turn["atoms"]
-            ]
+            if prompts:
+                lines += _prompt_lines("teacher", turn["teacher_asked"], turn["reply"] is not None)
+            for atom in turn["atoms"]:
+                kind = kind_word(atom["kind"] and FeedbackType(atom["kind"]), not turn["turn"])
+                lines.append(f"    teacher, {kind}{_MARKS.get(atom['label'], '')}: {atom['text']}")
         return "\n".join(lines)
+
+    def only_key(self) -> str:
+        """The key of the only episode.
+
+        Raises:
+            StoreError: there are several, or none; the message lists the first.
+        """
+        rows = list(itertools.islice(self.rows(), _LISTED + 1))
+        if len(rows) == 1:
+            return str(rows[0]["key"])
+        if not rows:
+            raise StoreError(f"{self.path} has no episodes; `llf study run` plays them")
+        names = ("key", "id", "teacher", "student", "seed")
+        cells = [[f"{row[name]}" for name in names] for row in rows[:_LISTED]]
+        listed = [names, *([key[:_BEGINNING], *rest] for key, *rest in cells)]
+        widths = [max(map(len, column)) for column in zip(*listed, strict=True)]
+        padded = ([cell.ljust(width) for cell, width in zip(row, widths, strict=True)] for row in listed)
+        lines = ["  ".join(row).rstrip() for row in padded]
+        head = f"{self.path} has {self._store.count} episodes; give the key of one, or how it begins, as in"
+        first = f"`llf study transcript {self.path} {listed[1][0]}`"
+        more = ["`llf study export` writes all keys"] if len(rows) > _LISTED else []
+        raise StoreError("\n".join([f"{head} {first}:", *lines, *more]))
 
     def _whole(self, beginning: str) -> str:
         """The only key with a beginning; errors as in `transcript`."""
@@ -185,15 +220,19 @@ class Results:
 
         return write_figures(self._store, study or self.played_study, Path(folder))
 
-    def archive(self, path: Path | str) -> None:
+    def archive(self, path: Path | str) -> list[str]:
         """Write a zip file with everything about the study; other processes may write to the store at the same time.
 
         It has `study.db`, a whole copy of the store; `study.toml`; `manifest.json`; `requirements.txt`, the versions of
-        the software; and `report.html`, if an episode was played.
+        the software; `report.html`, if an episode was played; and in `code` the modules of the user's own that the
+        study names, with those that they import and the text files that they name.
+
+        Returns:
+            What the archive lacks of that code, what has changed since the last run, and what it cannot know, in words.
         """
         from llf_teacher.studies.archive import write_archive  # imports Matplotlib
 
-        write_archive(self.path, Path(path))
+        return write_archive(self.path, Path(path))
 
     def export(self, path: Path | str, table: str = "episodes") -> int:
         """Write a table, in constant memory.
@@ -238,6 +277,17 @@ class Results:
             f"<th>{name}</th>" for name in ("family", "teacher", "student", "episodes", "regret", "success")
         )
         return f"<table><tr>{heads}</tr>{''.join(f'<tr>{line}</tr>' for line in lines)}</table>"
+
+
+def _prompt_lines(seat: str, asked: Asked | None, model: bool) -> list[str]:
+    """What the model of a seat was asked, as lines of a transcript."""
+    if asked is None:
+        return [f"    {seat}'s model: {UNKNOWN}"] if model else []
+    lines = [f"    {seat}'s model was asked:"]
+    for role, text in lines_of(asked):
+        first, *rest = text.strip().splitlines() or [""]
+        lines += [f"      {role}: {first}", *(f"        {line}".rstrip() for line in rest)]
+    return lines
 
 
 def load(path: Path | str) -> Results:
@@ -341,17 +391,20 @@ def _write_parquet(path: Path, rows: Rows, columns: Columns) -> int:
     with parquet.ParquetWriter(path, schema, compression="zstd") as writer:
         while chunk := list(itertools.islice(rows, _CHUNK)):
             for row in chunk:
-                row.update({name: to_json(row[name]) for name in ("action", "atoms") if row.get(name) is not None})
+                nested = [name for name, value in row.items() if isinstance(value, list | dict)]
+                texts = {"action", *nested} - {name for name, kind in columns.items() if kind is bytes}
+                row.update({name: to_json(row[name]) for name in texts if row.get(name) is not None})
             writer.write_table(pyarrow.Table.from_pylist(chunk, schema))
             count += len(chunk)
     return count
 
 
+_TURN_COLUMNS = {name: kind for name, kind in TurnRow.__annotations__.items() if name not in ASKED}
 _TABLES: dict[str, tuple[Callable[[Results], Rows], Columns]] = {
     "episodes": (
         Results.rows,
         {"key": str} | EpisodeSpec.__annotations__ | EpisodeRow.__annotations__ | {"revision": int},
     ),
-    "turns": (Results.all_turns, {"key": str} | TurnRow.__annotations__),
+    "turns": (Results.all_turns, {"key": str} | _TURN_COLUMNS),
 }
 _WRITERS = {".csv": _write_csv, ".jsonl": _write_jsonl, ".parquet": _write_parquet}

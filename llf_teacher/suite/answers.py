@@ -1,8 +1,8 @@
 """What a student did in the lessons of an experiment: how it answered, and a lesson to read."""
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -19,8 +19,24 @@ COPIED = 6
 """Number of words in a row that an answer has from its prompt if it is a copy."""
 MANY = 0.1
 """Share of answers from which on a fault is said to decide what the student lost."""
+LESSONS = ("better", "worse", "silent")
+"""The kinds of lessons, in the order of `Experiment.arms`."""
 _SHOWN = 300  # characters of what was asked and answered
 _WORD = re.compile(r"\w+")
+
+
+@dataclass(frozen=True, kw_only=True)
+class LessonAnswers:
+    """How many answers failed in the lessons of one teacher."""
+
+    turns: int = 0
+    no_action: int = 0
+    """Number of answers that were no action."""
+
+    @property
+    def share(self) -> float:
+        """The share of answers that were no action."""
+        return self.no_action / max(1, self.turns)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,6 +64,8 @@ class AnswerSummary:
     """The key of a lesson in the store, the one of that turn."""
     transcript: str = ""
     """That lesson, turn by turn."""
+    lessons: Mapping[str, LessonAnswers] = field(default_factory=dict)
+    """By kind of lesson, `better`, `worse` and `silent`, the answers in the environments and turns that count."""
 
     @property
     def faults(self) -> list[str]:
@@ -86,6 +104,7 @@ def answers_of(
     seeds: Sequence[int],
     results: Results,
     form: Callable[[str], str],
+    places: Collection[str] = (),
 ) -> AnswerSummary:
     """What a student did in the lessons of an experiment.
 
@@ -96,17 +115,10 @@ def answers_of(
         seeds: the seeds of the experiment.
         results: of the store with the turns of these episodes.
         form: gives the text of the prompt's own form in an environment, by id; empty without one.
+        places: the environments that count in the score; empty: all.
     """
     better, worse, _ = experiment.arms
-    asked = {*seeds[: experiment.seeds]}
-    own = [
-        row
-        for row in rows
-        if (row["student"], row["worlds"]) == (student, experiment.lessons)
-        and row["id"] in experiment.ids
-        and row["teacher"] in experiment.arms
-        and row["seed"] in asked
-    ]
+    own = rows_of(experiment, student, rows, seeds)
     if not own:
         return AnswerSummary()
     taught = [row for row in own if row["teacher"] == better]
@@ -117,8 +129,40 @@ def answers_of(
         copied=sum(copies(each, form(row["id"])) for row in own for each in _answers(row, results)),
         advised=sum(row["advised"] for row in taught),
         followed=sum(row["followed"] for row in taught),
+        lessons={
+            kind: _lesson_answers(
+                [row for row in own if row["teacher"] == teacher and row["id"] in (places or experiment.ids)],
+                experiment.since,
+                results,
+            )
+            for kind, teacher in zip(LESSONS, experiment.arms, strict=True)
+        },
         **_lesson(own, worse if experiment.margin is not None else better, results),
     )
+
+
+def _lesson_answers(rows: Sequence[Mapping[str, Any]], since: int, results: Results) -> LessonAnswers:
+    """The answers in episodes, without the opening and the first turns, whose regret does not count."""
+    failing = (row["key"] for row in rows if row["parse_failures"])
+    return LessonAnswers(
+        turns=sum(max(0, row["turns"] - since) for row in rows),
+        no_action=sum(turn["parse_failure"] is not None for key in failing for turn in results.turns(key)[1 + since :]),
+    )
+
+
+def rows_of(
+    experiment: Experiment, student: str, rows: Iterable[Mapping[str, Any]], seeds: Sequence[int]
+) -> list[Mapping[str, Any]]:
+    """The rows of a student's episodes in the lessons that an experiment compares; arguments as in `answers_of`."""
+    asked = {*seeds[: experiment.seeds]}
+    return [
+        row
+        for row in rows
+        if (row["student"], row["worlds"]) == (student, experiment.lessons)
+        and row["id"] in experiment.ids
+        and row["teacher"] in experiment.arms
+        and row["seed"] in asked
+    ]
 
 
 def first_prompt(id: str, student: LLM, **options: Any) -> str:

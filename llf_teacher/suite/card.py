@@ -16,7 +16,7 @@ from typing import Any, Self, get_args, get_origin, get_type_hints
 import llf_teacher
 from llf_teacher.escaping import escape_control_chars
 from llf_teacher.studies.analysis.power import least_effect
-from llf_teacher.studies.analysis.statistics import LEAST, Estimate, holm
+from llf_teacher.studies.analysis.statistics import LEAST, RESAMPLES, Estimate, holm
 from llf_teacher.studies.store.targets import check_target
 from llf_teacher.suite.answers import AnswerSummary
 from llf_teacher.suite.experiment import all_experiments, asked
@@ -27,16 +27,24 @@ from teachers.spec import unknown
 FORMATS = {".json": "as_json", ".md": "as_markdown", ".svg": "as_svg", ".html": "as_html"}
 """The methods that make a card's text, by the suffix of its file."""
 FINDS = (
-    "p: that there is no difference, after Holm's method; of a loss: a small p speaks against the ability; finds: the "
-    "least contrast, in the unit of the scores, that the test finds with a power of 0.8; beside silence: the contrast "
-    "with a silent teacher, in the same unit."
+    "score: 0 is none of the ability, 1 as much as the scripted student that it is compared with; p: how probable so "
+    "great a difference is by chance, after Holm's method; of a loss: a small p speaks against the ability; detects: "
+    "the smallest score that the test finds in 8 of 10 cards (all equal: the difference was the same in every world, "
+    "so that its spread is unknown); against silence: the same score with a silent teacher in place of useless words."
 )
 """The explanations of columns by name."""
+ABOVE = (
+    "A score above 1 is no better than 1: the teacher made a greater difference to the student than to the scripted "
+    "one, mostly since it does worse than that one without the teacher."
+)
+"""The explanation of scores above 1."""
 HEARD = 0.8
 """Least score that counts as the whole ability in words."""
+TILT = 0.05
+"""Difference between lessons in the share of answers that are no action, above which a card says what it does."""
 _WELL = {"obedient": "a scripted student that obeys", "reasoner": "a scripted student that reasons"}
 """References by the beginning of their spec, in plain words."""
-_LATER = ("answers", "left_out", "mixed")
+_LATER = ("answers", "left_out", "mixed", "lessons", "readable")
 """Fields that cards of earlier releases lack."""
 _COUNTED = ("episodes", "turns", "answers", "input_tokens", "output_tokens", "usd")
 _MOST = 1e12
@@ -63,6 +71,76 @@ class AbilityLine(Score):
     """
     answers: AnswerSummary = field(default_factory=AnswerSummary)
     """How the student answered, and a lesson to read."""
+    readable: Score | None = None
+    """The score in the worlds in which each answer was an action, its p not corrected; None if that was so in all."""
+
+    @property
+    def _names(self) -> dict[str, str]:
+        """The kinds of lessons in words."""
+        if self.asked and not all_experiments()[self.name].worse:
+            return {"better": "with the teacher's words", "worse": "with useless words", "silent": "in silence"}
+        return {"better": "with the better teacher", "worse": "with the worse teacher", "silent": "in silence"}
+
+    @property
+    def failing(self) -> str:
+        """How many answers were no action in each kind of lesson, in words; empty if all were actions, or none was."""
+        lessons = self.answers.lessons
+        if sum(each.no_action for each in lessons.values()) in (0, sum(each.turns for each in lessons.values())):
+            return ""
+        return ", ".join(f"{each.no_action} of {each.turns} {self._names[kind]}" for kind, each in lessons.items())
+
+    def _more(self, kind: str) -> float:
+        """How much greater the share of failing answers is than in the better lessons; 0 if not by more than `TILT`."""
+        lessons = self.answers.lessons
+        more = lessons[kind].share - lessons["better"].share if {kind, "better"} <= {*lessons} else 0.0
+        return more if abs(more) > TILT and self.score is not None else 0.0
+
+    @property
+    def too(self) -> str:
+        """What failing answers make the score: `too high` or `too low`; empty if they do neither."""
+        more = self._more("worse") if self.alike is None else -self._more("worse")
+        return "too high" if more > 0 else "too low" if more < 0 else ""
+
+    @property
+    def bias(self) -> str:
+        """What failing answers do to the score, as a clause; empty if they do nothing."""
+        compared = {"worse": ("the score", self.too)}
+        if self.silence is not None and (more := self._more("silent")):
+            compared["silent"] = ("the score against silence", "too high" if more > 0 else "too low")
+        for kind, (what, too) in compared.items():
+            if too:
+                more_in, less_in = (kind, "better") if self._more(kind) > 0 else ("better", kind)
+                return f"{what} is {too}, since more answers failed {self._names[more_in]} than {self._names[less_in]}"
+        return ""
+
+    @property
+    def elsewhere(self) -> str:
+        """The score in the worlds in which no answer failed, as a clause."""
+        there = self.readable
+        if there is None or there.score is None:
+            return "too few worlds have no failing answer for a score of their own"
+        least = ", the least that so few worlds can give" * (there.p == 2.0 ** (1 - there.seeds) >= ALPHA)
+        return f"in the {there.seeds} worlds in which no answer failed it is {there.words}, p {there.chance}{least}"
+
+    @property
+    def shown(self) -> bool:
+        """Whether the ability is shown; if failing answers make the score too high, by the other worlds, too."""
+        flattered = self.too == "too high" or (self.silence is not None and self._more("silent") > 0)
+        held = [self, *([self.readable or Score()] if flattered else [])]
+        if self.alike is not None:
+            return all(each.alike for each in held)
+        silences = [each.silence for each in held[1:] if each.silence is not None]
+        return all(each.above for each in (*held, *silences))
+
+    @property
+    def answered(self) -> str:
+        """The answers, in sentences, with those of each kind of lesson if some failed."""
+        return f"{self.answers.words}{f' No action: {self.failing}.' if self.failing else ''}"
+
+    @property
+    def summary(self) -> str:
+        """The score, and what failing answers do to it."""
+        return f"{self.words}; {self.bias} ({self.failing}); {self.elsewhere}" if self.bias else self.words
 
     @property
     def asked(self) -> str:
@@ -73,44 +151,77 @@ class AbilityLine(Score):
     def did(self) -> str:
         """What the student did, in a sentence of plain words."""
         reference = all_experiments()[self.name].reference if self.asked else ""
-        other = next((words for spec, words in _WELL.items() if reference.startswith(spec)), "the reference")
+        other = next((words for spec, words in _WELL.items() if reference.startswith(spec)), "the scripted student")
         if self.score is None:
             return f"This could not be measured: {self.why}."
-        spared = f"the teacher spared it {self.score:.0%} of the loss that it spares {other}"
-        if self.score <= 0:
+        return " ".join(filter(None, (self._verdict(self.score, other), self._remark())))
+
+    def _verdict(self, score: float, other: str) -> str:
+        """Whether the student has the ability, in a sentence; `other` is its reference in plain words."""
+        spared = f"the teacher spared it {score:.0%} of the loss that it spares {other}"
+        if score <= 0:
             spared = "the teacher spared it nothing"
+        elif round(score, 2) > 1:
+            spared = f"the teacher spared it more loss than it spares {other}, {score:.0%} of that"
         if self.alike is not None:
-            if self.alike:
+            if self.shown:
                 return "It did as well as without this: it lost nothing that chance does not explain."
-            if self.p is not None and self.p < ALPHA and self.score < 1:
-                return f"It lost by this, {1 - self.score:.0%} of what it costs {other}."
-            return "Whether it lost by this is open: chance explains the difference, but more worlds may show one."
+            if self.p is not None and self.p < ALPHA and score < 1:
+                return f"It lost by this, {1 - score:.0%} of what it costs {other}."
+            return (
+                "Whether it lost by this is not decided: chance explains the difference, but more worlds may show one."
+            )
         if self.note:
             return f"Whether it {self.ability} was not shown: it {self.note}."
+        if self.shown:
+            return f"It {'did' if score >= HEARD else 'did in part'}: {spared}."
         if self.above:
-            return f"It {'did' if self.score >= HEARD else 'did in part'}: {spared}."
-        low = " Its answers failed so often that this need not be deafness." * self.answers.failed
+            return f"Whether it {self.ability} is not decided: failing answers may explain the score."
+        low = " So many answers failed that this says little about what it understood."
+        low *= self.answers.failed and not self.bias
         if self.high is not None and self.high < HEARD / 2:
             return f"It did not: {spared}, no more than chance explains.{low}"
-        return f"This is open: {spared}, and chance explains as much.{low}"
+        return f"This is not decided: {spared}, and chance explains as much.{low}"
+
+    def _remark(self) -> str:
+        """What failing answers do to the score, and why a score has no spread, in sentences; empty without either."""
+        said = [f"{self.bias.capitalize()}; {self.elsewhere}."] if self.bias else []
+        asked = all_experiments().get(self.name)
+        if self.score == 0 and not self.spread and self.alike is None:
+            since = f" from turn {asked.since + 1} on, which alone counts," if asked and asked.since else ""
+            both = f"{self._names['better']} and {self._names['worse']}"
+            said.append(f"In each world its loss{since} was the same {both}.")
+        return " ".join(said)
 
     @property
     def measured(self) -> str:
         """The score with its interval and the number of worlds."""
-        return f"score {self.words}, {self.seeds} worlds" if self.score is not None else "no score"
+        return f"score {self.cell}, {self.seeds} worlds" if self.score is not None else "no score"
+
+    @property
+    def cell(self) -> str:
+        """The score with its interval for a table; the reason of a missing one stands elsewhere."""
+        return "not measured" if self.score is None else f"{self.words}{f', {self.too}' if self.too else ''}"
+
+    @property
+    def detects(self) -> str:
+        """The smallest score that the test finds, for a table."""
+        if self.score is None or not self.spread:
+            return "all equal" * (self.score is not None)
+        return "none" if self.finds is None else f"{self.finds:.2f}"
 
     @property
     def note(self) -> str:
         """The explanation if the student gains over only one of placebo and silence; otherwise empty."""
         if self.silence is None or self.above == self.silence.above:
             return ""
-        worse, other = ("with the placebo", "in silence") if self.above else ("in silence", "with the placebo")
+        worse, other = ("with useless words", "in silence") if self.above else ("in silence", "with useless words")
         costs_less = (self.silence.score or 0) > (self.score or 0)  # the placebo costs less than silence
         if self.moments_p is None or self.moments_p >= ALPHA or self.above == costs_less:
             return f"does better than {worse}, but not significantly better than {other}"
         if self.above:
-            return "is harmed by the placebo rather than helped by the teacher"
-        return "does better with the placebo's moments than in silence: it learns from when the teacher speaks"
+            return "is harmed by useless words rather than helped by the teacher"
+        return "does better with useless words than in silence: it learns from when the teacher speaks"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -148,11 +259,13 @@ class Card:
         rows: Sequence[Mapping[str, Any]],
         lost: Sequence[Mapping[str, Any]],
         answers: Mapping[str, AnswerSummary] = MappingProxyType({}),
+        readable: Mapping[str, Score | None] = MappingProxyType({}),
         **settings: Any,
     ) -> Self:
         """The card of scores, by name as what was asked, from the rows of episodes and failures of this and others.
 
-        Summaries of answers are by name, too. Settings are `suite`, `digest`, `key`, `quick`, `left_out` and `mixed`.
+        Summaries of answers, and scores in the worlds in which each answer was an action, are by name, too. Settings
+        are `suite`, `digest`, `key`, `quick`, `left_out` and `mixed`.
         """
         played, failed = ([row for row in each if row["student"] == student] for each in (rows, lost))
         cost = {name: math.fsum(row.get(name) or 0 for row in played) for name in _COUNTED}
@@ -169,7 +282,7 @@ class Card:
                 "moments_p": moments_p[i],
             }
             values |= {"silence": each.silence and replace(each.silence, p=silent_p[i])}
-            values |= {"answers": answers.get(name, AnswerSummary())}
+            values |= {"answers": answers.get(name, AnswerSummary()), "readable": readable.get(name)}
             lines.append(AbilityLine(name=name, ability=asked[name].ability, **values))
         return cls(
             student=student,
@@ -195,34 +308,49 @@ class Card:
         if not measured:
             return ["Nothing was measured.", *self._failed(), *self._not_asked()]
         plain, noted = ([each for each in measured if bool(each.note) == odd] for odd in (False, True))
-        shown = [each for each in plain if (each.above if each.alike is None else each.alike)]
+        shown = [each for each in plain if each.shown]
         # equal regret is weaker evidence: unheard lessons also have equal regret
         best = min(shown, key=lambda each: (each.alike is not None, -(each.low or 0)), default=None)
-        none = "No ability differs significantly from none."
+        moot = [each for each in plain if (each.above if each.alike is None else each.alike) and not each.shown]
+        none = ["No ability was shown significantly."] * (not moot)
         in_part = " in part" * (best is not None and (best.score or 0) < 0.5)
-        said = [f"The student {best.ability}{in_part}: {best.words}." if best else none]
+        said = [f"The student {best.ability}{in_part}: {best.summary}."] if best else none
         said += [f"Whether it {each.ability} was not shown: it {each.note}." for each in noted]
-        less = [each for each in plain if each.high is not None and each.high < 0.5 and not each.answers.failed]
+        said += [f"Whether it {each.ability} is not decided: {each.summary}." for each in moot]
+        odd = [each for each in plain if each.answers.failed or each.too == "too low"]
+        less = [each for each in plain if each.high is not None and each.high < 0.5 and each not in odd]
         lacking = sorted(less, key=lambda each: each.high or 0)
         weak = "; ".join(f"{each.ability} ({each.words})" for each in lacking[:3])
         if weak:
             more = f"; and {len(lacking) - 3} more" * (len(lacking) > 3)
-            said.append(f"Less than half of what the reference has: {weak}{more}.")
-        elif not noted and not any(each.answers.failed for each in plain):
-            said.append("No interval lies below half of what the reference has.")
-        said += self._failed()
+            said.append(f"Less than half as much as the scripted student: {weak}{more}.")
+        elif not noted and not odd:
+            said.append("In no ability does the interval lie below half of the scripted student's score.")
+        said += self._failed([*moot, *([best] if best else [])])
         names = "; ".join(each.ability for each in self.lines if each.score is None)
-        said.append(f"Not measured: {names}." if names else f"All {len(measured)} were measured.")
+        said.append(f"Not measured: {names}." if names else "Everything asked was measured.")
         return said + self._not_asked()
 
-    def _failed(self) -> list[str]:
-        """What is said of abilities in whose lessons many answers failed, with a sample of one."""
-        failed = [each for each in self.lines if each.answers.failed]
+    def _failed(self, said: Sequence[AbilityLine] = ()) -> list[str]:
+        """What is said of abilities in whose lessons many answers failed, with a sample of one.
+
+        Those of `said` have their counts in other sentences; the reason of a missing score has them, too.
+        """
+        failed = [each for each in self.lines if each.answers.failed or each.bias]
         if not failed:
             return []
-        counts = "; ".join(f"{e.ability} (of {e.answers.turns} {', '.join(e.answers.faults)})" for e in failed)
+        rest = [each for each in failed if each.score is not None and not (each in said and each.bias)]
+        counts = "; ".join(
+            f"{each.ability} ({each.bias}: {each.failing}; {each.elsewhere})"
+            if each.bias
+            else f"{each.ability} (of {each.answers.turns} {', '.join(each.answers.faults)})"
+            for each in rest
+        )
+        many = (
+            "Many answers failed, so that scores also show how the student answers, not only what it makes of feedback"
+        )
         worst = max(failed, key=lambda each: each.answers.no_action / each.answers.turns).answers
-        return [f"Answers failed, so that a low score need not be deafness: {counts}.", worst.sample]
+        return [f"{many}: {counts}."] * bool(rest) + [worst.sample]
 
     def _not_asked(self) -> list[str]:
         """What the card does not say."""
@@ -230,7 +358,7 @@ class Card:
         there = {each.name for each in self.lines} | {*self.left_out}
         rest = "; ".join(each.ability for name, each in all_experiments().items() if name not in there)
         if self.quick and rest:
-            said.append(f"The quick suite cannot judge, and the whole one asks, whether it {rest}.")
+            said.append(f"Only the whole suite asks whether it {rest}.")
         return said
 
     def as_json(self) -> str:
@@ -259,13 +387,12 @@ class Card:
 
     def table(self) -> list[list[str]]:
         """The lines as text, below a line of heads; columns about silence are omitted when empty."""
-        rows = [["ability", "score", "p", "finds", "beside silence", "by environment"]]
+        rows = [["ability", "score", "p", "detects", "against silence", "by environment"]]
         for each in self.lines:
             places = ", ".join(f"{place} {value:.2f}" for place, value in each.places.items())
             silence = f"{each.silence.words}, p {each.silence.chance}" if each.silence else ""
-            finds = "" if not each.spread else "none" if each.finds is None else f"{each.finds:.2f}"
             chance = f"{each.chance}{' (of a loss)' * (each.alike is not None)}"
-            rows.append([each.ability, each.words, chance, finds, silence, places])
+            rows.append([each.ability, each.cell, chance, each.detects, silence, places])
         silent = any(each.silence is not None for each in self.lines)
         return [row if silent else row[:4] + row[5:] for row in rows]
 
@@ -277,7 +404,20 @@ class Card:
         table = [f"| {' | '.join(row)} |" for row in cells]
         told = [part for each in self.lines for part in _told(each)]
         head = [f"# `{self.student}`", "", *self.sentences(), ""]
-        return "\n".join([*head, *told, "## Numbers", "", *table, "", FINDS, "", self.settings(), ""])
+        return "\n".join([*head, *told, "## Numbers", "", *table, "", self.explained, "", self.settings(), ""])
+
+    @property
+    def explained(self) -> str:
+        """What the columns are, and the least p that these tests can have."""
+        tested = [each for each in self.lines if each.p is not None]
+        if not tested:
+            return FINDS
+        above = f" {ABOVE}" * any(each.score is not None and round(each.score, 2) > 1 for each in tested)
+        worlds = max(each.seeds for each in tested)
+        ways = 2.0 ** (worlds - 1)
+        least = len(tested) * max(1 / ways, 1 / (RESAMPLES + 1))
+        tests = f"{len(tested)} tests" if len(tested) > 1 else "one test"
+        return f"{FINDS}{above} With {tests} in {worlds} worlds, no p can be below {min(1.0, least):.3f}."
 
     def settings(self) -> str:
         """The settings and the cost of the scores, in a sentence."""
@@ -298,7 +438,7 @@ class Card:
 
         from llf_teacher.studies.report.plots import STYLE, Pane, panel_plot
 
-        file, dots, scale = io.StringIO(), {}, "0: none of it, 1: as the reference"
+        file, dots, scale = io.StringIO(), {}, "0: none of it, 1: as the scripted student"
         unsure = {True: " (not measured)", False: " (no interval)"}
         rows = [f"{each.ability}{unsure[each.score is None] * (each.low is None)}" for each in self.lines]
         for row, each in zip(rows, self.lines, strict=True):
@@ -316,7 +456,7 @@ class Card:
         from llf_teacher.theme import pages, style
 
         page, picture = pages("llf_teacher.suite").get_template("card.html.j2"), self.as_svg()
-        return page.render(card=self, finds=FINDS, style=style(), picture=picture[picture.index("<svg") :])
+        return page.render(card=self, style=style(), picture=picture[picture.index("<svg") :])
 
     def write(self, path: Path) -> None:
         """Write the card in the format of the file's suffix.
@@ -334,14 +474,14 @@ def _told(line: AbilityLine) -> list[str]:
     parts = [
         f"## {line.name}: {line.ability}",
         "",
-        f"{line.asked} **{line.did}** ({line.measured}.) {answers.words}",
+        f"{line.asked} **{line.did}** ({line.measured}.) {line.answered}",
         "",
     ]
     if not answers.transcript:
         return parts
     fence = "`" * max(3, 1 + max(map(len, re.findall("`+", answers.transcript)), default=0))
     lesson = [
-        "<details><summary>A lesson, turn by turn</summary>",
+        "<details><summary>An episode, turn by turn</summary>",
         "",
         fence,
         answers.transcript,

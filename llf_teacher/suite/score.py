@@ -44,17 +44,19 @@ class Arms(NamedTuple):
         own = [self.better, self.worse, *(() if self.silent is None else (self.silent,))]
         if (lacking := np.isnan(own).any(axis=0)).any():
             return f"{lacking.sum()} of {len(self.better)} seeds failed or were not played"
+        if min(self.unread.values(), default=0.0) > UNREAD:
+            return f"{np.mean([*self.unread.values()]):.0%} of the answers were no actions"
         for teacher, share in self.unread.items():
             if share > UNREAD:
                 return f"{share:.0%} of the answers to {teacher} were no actions"
         if len(self.better) < LEAST:
             return f"{len(self.better)} seeds are too few; at least {LEAST} are needed"
         if not _positive(self.unit_worse - self.unit_better):
-            return "the reference saves nothing for certain"
+            return "not even the scripted student gains significantly here"
         if margin is not None and self.silent is not None and not _positive(self.silent - self.better):
-            return "the teacher saves it nothing for certain, so that nothing can be lost"
+            return "it does not gain significantly by the teacher, compared with silence, so it has no gain to lose"
         if margin is None and self.worse.mean() < CEILING * self.unit_worse.mean():
-            return "without help there is nothing left to save"
+            return "it does well without help, so that there is nothing to gain"
         return ""
 
 

@@ -23,7 +23,7 @@ from llf_teacher.studies.definition.fingerprints import mixed, mixed_words
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.changes import STOP
 from llf_teacher.studies.execution.progress import in_words
-from llf_teacher.suite.answers import answers_of, first_prompt
+from llf_teacher.suite.answers import answers_of, first_prompt, rows_of
 from llf_teacher.suite.card import Card, checksum
 from llf_teacher.suite.environments import ARMS, OPTIONS
 from llf_teacher.suite.experiment import TURNS, Experiment, all_experiments
@@ -70,6 +70,16 @@ def chosen(names: Sequence[str] = (), quick: bool = False) -> dict[str, Experime
     return {name: each for name, each in there.items() if name in (names or there)}
 
 
+def actions_of(names: Sequence[str] = (), quick: bool = False) -> dict[str, str]:
+    """What an answer must be in each environment of experiments, by id; arguments as for `chosen`."""
+    places = {id: entry(id) for each in chosen(names, quick).values() for id in each.ids}
+    there = {id: place for id, place in places.items() if not place.family.missing()}
+    return {
+        id: place.family.make_world(**{**place.options, **OPTIONS.get(id, {})}).action_syntax
+        for id, place in there.items()
+    }
+
+
 def studies_of(
     students: Sequence[Any],
     experiments: Mapping[str, Experiment] | None = None,
@@ -113,7 +123,7 @@ def _unable(spec: str, id: str) -> str:
     """Why a student cannot play here; empty if it can, or if only playing shows it."""
     student, place = parse_student(spec), entry(id)
     why = place.family.missing()
-    if student.draws_worlds and not why:
+    if (student.draws_worlds or student.needs_discrete) and not why:
         try:
             student.seat(place.family, place.family.make_world(**{**place.options, **OPTIONS.get(id, {})}))
         except ValueError as error:
@@ -211,9 +221,13 @@ def take(
         newest = results.manifest.get("code", {})
         found = mixed(results.definitions, played, newest)
         several = {name: mixed_words(name, numbers) for name, numbers in found.items()}
-        answers = {name: answers_of(each, spec, rows, seeds, results, form) for name, each in experiments.items()}
+        answers = {
+            name: answers_of(each, spec, rows, seeds, results, form, scores[name].places)
+            for name, each in experiments.items()
+        }
+    readable = {name: scored_where_read(each, spec, rows, seeds, scores[name]) for name, each in experiments.items()}
     settings = {"suite": VERSION, "digest": digest(), "key": key, "quick": quick, "left_out": left_out}
-    return Card.of(spec, experiments, scores, rows, lost, answers, mixed=several, **settings)
+    return Card.of(spec, experiments, scores, rows, lost, answers, readable, mixed=several, **settings)
 
 
 def _form_of(spec: str) -> Callable[[str], str]:
@@ -288,6 +302,21 @@ def scored(experiment: Experiment, student: str, rows: Iterable[Mapping[str, Any
     if experiment.lessons and not parse_student(student).remembers:
         return Score(why="the student does not remember earlier episodes")
     return score(arms_of(experiment, student, rows, seeds), experiment.margin)
+
+
+def scored_where_read(
+    experiment: Experiment, student: str, rows: Sequence[Mapping[str, Any]], seeds: Sequence[int], over_all: Score
+) -> Score | None:
+    """The score in the worlds in which each answer was an action; None if all worlds are such ones.
+
+    Args:
+        experiment, student, rows, seeds: as for `scored`.
+        over_all: the score in all worlds; answers count in its environments.
+    """
+    own = [row for row in rows_of(experiment, student, rows, seeds) if row["id"] in over_all.places]
+    failed = {row["seed"] for row in own if row["parse_failures"]}
+    left = [seed for seed in seeds[: experiment.seeds] if seed not in failed]
+    return scored(experiment, student, rows, left) if failed else None
 
 
 def arms_of(

@@ -30,7 +30,7 @@ def prepare_turns(turns: list[dict[str, Any]], family: str) -> list[dict[str, An
         for atom in atoms:
             atom["code"] = claim_code(atom, family)
             if "elsewhere" in atom:
-                atom["code"] += f" of another lesson, {'true' if atom['elsewhere'] else 'false'} there"
+                atom["code"] += f" of another world, {'true' if atom['elsewhere'] else 'false'} there"
             if "information" in atom:
                 atom["bits"] = bits_words(atom["information"])
         text = " ".join(filter(None, (turn["instruction"], turn["feedback"])))

@@ -35,15 +35,23 @@ def oracles() -> str:
     return table(("family", "regret counts", "its oracle"), rows)
 
 
+def definition(name: str, cls: type) -> str:
+    """What a personality, a student or a trait does: the first line of its module, behind its name; else empty."""
+    first, _, _ = (sys.modules[cls.__module__].__doc__ or "").partition("\n")
+    head, _, said = first.partition(": ")
+    return said if head.partition("(")[0] == name else ""
+
+
 def personalities() -> str:
     """A Markdown table of the personalities: parameters, definition, source, honesty."""
     rows: list[tuple[str, ...]] = []
     for name in PERSONALITIES.names:
         cls: Any = PERSONALITIES[name]
         parameters = ", ".join(f"{field.name}={field.default!r}" for field in dataclasses.fields(cls))
-        _, _, definition = (sys.modules[cls.__module__].__doc__ or "").partition("\n")[0].partition(": ")
         honest = "yes" if cls().honest else "no"
-        rows.append((f"`{name}({parameters})`" if parameters else f"`{name}`", definition, cls.source, honest))
+        rows.append(
+            (f"`{name}({parameters})`" if parameters else f"`{name}`", definition(name, cls), cls.source, honest)
+        )
     return table(("personality", "what it does", "source", "honest"), rows)
 
 

@@ -1,4 +1,4 @@
-"""A trial of an environment: what teachers can teach in it, with which tier, and what is missing for more."""
+"""A trial of an environment: what teachers can teach in it, by which kind of oracle, and what is missing for more."""
 
 import contextlib
 import warnings
@@ -167,7 +167,9 @@ def _missing(plan: Planned | None, counted: bool, limited: bool) -> Iterator[Lin
         limited: whether the environment has a limit of turns.
     """
     if plan is None or plan.tier == REWARDS:
-        yield Line("missing", "a teacher who plans: what each tier lacks is said above; or an oracle of your own")
+        yield Line(
+            "missing", "a teacher that plans: the lines exact and expert say what they need; or an oracle of your own"
+        )
     elif plan.privileged is None:
         yield Line("missing", "whether the teacher plans from more than observations show: compare its state with them")
     if counted and (plan is None or not plan.action_words):

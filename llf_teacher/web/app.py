@@ -256,7 +256,7 @@ class _Pages:
             return await self._do(self.lessons.find, request.path_params["token"])
         except LookupError:
             raise HTTPException(
-                404, "there is no such lesson, or it was closed after many newer ones; begin a new one"
+                404, "there is no such episode, or it was closed after many newer ones; begin a new one"
             ) from None
 
     async def _state(self, opened: OpenLesson, seat: str, since: str) -> Response:
@@ -374,7 +374,7 @@ async def _damaged(request: Request, error: Exception) -> Response:
 
 async def _broken(request: Request, error: Exception) -> Response:
     """An error of the server, as a sentence."""
-    why = "the server has an internal error, which its terminal shows; try again, or begin a new lesson"
+    why = "the server has an internal error, which its terminal shows; try again, or begin a new episode"
     return _sentence(request, why, 500)
 
 

@@ -110,6 +110,8 @@ class OpenLessons:
 def _check_turn(lesson: PlannedLesson, turn: Any) -> None:
     now = lesson.session.moment.turn
     if type(turn) is not int:
-        raise ValueError(f"turn must be a whole number, the turn of the lesson's state, got {turn!r:.60}")
+        raise ValueError(f"turn must be a whole number, the turn of the episode's state, got {turn!r:.60}")
     if turn != now:
-        raise OutOfTurnError(f"the lesson is at turn {now}, and this was sent for turn {turn}; look at its state first")
+        raise OutOfTurnError(
+            f"the episode is at turn {now}, and this was sent for turn {turn}; look at its state first"
+        )

@@ -20,7 +20,7 @@ class Weighing(Advising["Importance"]):
 
 @dataclass(frozen=True)
 class Importance(Early):
-    """Speaks iff the best action is worth at least the threshold more than the worst, and budget is left.
+    """Speaks if the best action is worth at least the threshold more than the worst, and budget is left.
 
     The budget counts the turns of an episode in which it speaks; the threshold is in units of the oracle's values.
     """

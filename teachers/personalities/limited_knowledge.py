@@ -22,7 +22,7 @@ class _Knowledge(Stage["LimitedKnowledge"]):
 
 @dataclass(frozen=True)
 class LimitedKnowledge(Personality):
-    """Says a claim iff it knows the state before the action that the claim is about.
+    """Says a claim if it knows the state before the action that the claim is about.
 
     The known states are drawn at the start of each episode. Rewards (r) are always said.
     """

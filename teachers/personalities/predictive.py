@@ -35,7 +35,7 @@ class _Expecting(Weighing):
 
 @dataclass(frozen=True)
 class Predictive(Importance):
-    """Speaks iff much is at stake in the next action and the expected action is not optimal.
+    """Speaks if much is at stake in the next action and the expected action is not optimal.
 
     The expected action is the student's most frequent one in this state, or, in a new state, in all states; the first
     of equally frequent ones. Before the first action it expects none and is silent.

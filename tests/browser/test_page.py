@@ -44,7 +44,7 @@ def test_the_students_seat(address, visitor):
     assert visitor.all("#said .fails")
     assert visitor.all("#turns .fails")
     visitor.click("#whole")
-    visitor.shows("h2", "To take along")
+    visitor.shows("h2", "Downloads")
     assert "✗ false" in visitor.text("ol.turns")
     assert {link.get_attribute("href").rpartition(".")[2] for link in visitor.all("a[download]")} == {
         *("json", "jsonl", "gif", "db")
@@ -144,7 +144,7 @@ def test_bad_inputs_are_answered_by_sentences(address, visitor):
     visitor.press("Act")
     visitor.shows("#problem", "act must be a text of at most 4000 characters")
     visitor.driver.get(f"{address}seat/guess")
-    visitor.shows("[role=alert]", "there is no such lesson")
+    visitor.shows("[role=alert]", "there is no such episode")
 
 
 def test_a_connection_that_is_lost(address, visitor):
@@ -177,7 +177,7 @@ def test_a_page_that_is_behind_makes_no_move(address, visitor):
         visitor.press("west")
         visitor.shows("#status", "Turn 1 ")
         other.press("north")
-        other.shows("#problem", "the lesson is at turn 1, and this was sent for turn 0")
+        other.shows("#problem", "the episode is at turn 1, and this was sent for turn 0")
         other.shows("#status", "Turn 1 ")
         other.shows("#did", "The student: west")
 

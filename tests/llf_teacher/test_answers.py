@@ -16,6 +16,8 @@ from llf_teacher.studies.definition.study import Study, load_study, to_toml
 from llf_teacher.studies.report import findings, render
 from llf_teacher.studies.report.answers import answers
 from llf_teacher.studies.report.data import read
+from llf_teacher.studies.report.page import _counted
+from llf_teacher.studies.report.parts.findings import _labels, _plots, ranked
 from llf_teacher.studies.report.plots import folded
 from llf_teacher.studies.store import Store
 from teachers.personalities.mistake import mistake
@@ -209,7 +211,7 @@ def said(tmp_path, means, changes=None, noise=0.05, **planted):
 def test_a_comparison_with_evidence_of_no_difference_is_not_open(tmp_path):
     first, test, last = said(tmp_path, {OWN: 5.0, "mix": 5.0}, {"seeds": 40})
     assert "No: the data exclude" in first
-    assert "in 0 and significantly worse in 0; 1 has evidence of no difference; 0 are open." in test
+    assert "in 0 and significantly worse in 0; 1 has evidence of no difference; 0 are not decided." in test
     assert last == "No primary comparison is significant.", "no more seeds are needed, and it is a proof"
 
 
@@ -338,3 +340,113 @@ def test_a_student_looks_the_same_in_both_figures_and_rows_say_against_whom(tmp_
 def test_a_long_label_breaks_between_kinds():
     assert folded("only(kinds='reward+praise+blame')") == "only(kinds='reward+praise+\nblame')"
     assert folded("mistake(eps=0.3) against delayed(turns=2)") == "mistake(eps=0.3) against\ndelayed(turns=2)"
+
+
+def with_claims(records, counts):
+    """The records with numbers of distorted and of truthful claims, by teacher and id."""
+    for record in records:
+        distorted, truthful = counts[record.spec.teacher, record.spec.id]
+        claims = {"distorted": distorted, "truthful": truthful, "claims": distorted + truthful, "unchecked": 0}
+        yield record._replace(episode=record.episode._replace(**claims))
+
+
+def test_an_answer_says_where_one_side_said_nothing_of_its_kind(tmp_path):
+    """A teacher may be called a liar and never lie in one family: its name alone would mislead."""
+    means = {(OWN, GRID): 0.5, ("mix", GRID): 4.0, (OWN, BANDIT): 4.0, ("mix", BANDIT): 4.0}
+    planted = Planted("", means, one(OWN, "mix", evidence=""), {"ids": [GRID, BANDIT]})
+    study = planted.made()
+    counts = {(OWN, GRID): (0, 5), ("mix", GRID): (6, 6), (OWN, BANDIT): (6, 30), ("mix", BANDIT): (6, 3)}
+    with Store(filled(tmp_path / "s.db", with_claims(planted.records(study), counts))) as store:
+        data = read(store, study)
+        (answer,) = answers(data)
+        html = render(store, study)
+    assert answer.text.endswith(
+        " Said in an episode: false claims 0.0 against 6.0 in gridworld; true and timely claims 30.0 against 3.0 in "
+        "bandits."
+    )
+    table = html[html.index('<section id="accounting"') :]
+    rows = re.findall(r'<th scope="row"><code>([^<]*)</code></th><td>(\w+)</td>', table[: table.index("</section>")])
+    assert rows == [(name, family) for family in ("bandits", "gridworld") for name in (f"{OWN}(after=2)", "mix")]
+
+
+def test_against_a_silent_teacher_nothing_is_said_about_claims(tmp_path):
+    planted = Planted("", {OWN: 4.0, "silent": 8.0}, one(OWN, "silent", evidence=""))
+    study = planted.made()
+    counts = {(OWN, GRID): (0, 5), ("silent", GRID): (0, 0)}
+    with Store(filled(tmp_path / "s.db", with_claims(planted.records(study), counts))) as store:
+        (answer,) = answers(read(store, study))
+    assert "Said in an episode" not in answer.text
+
+
+@pytest.mark.parametrize(("truthful", "surprising"), [((20, 20), False), ((10, 20), True), ((20, 10), False)])
+def test_equal_words_are_no_surprise(tmp_path, truthful, surprising):
+    planted = Planted("", {OWN: 4.0, "mix": 8.0}, one(OWN, "mix", evidence=""))
+    study = planted.made()
+    counts = {(OWN, GRID): (1, truthful[0]), ("mix", GRID): (1, truthful[1])}
+    with Store(filled(tmp_path / "s.db", with_claims(planted.records(study), counts))) as store:
+        texts = " ".join(findings(read(store, study)))
+    assert ("Largest contradiction" in texts) == surprising
+    assert ("No contradiction" in texts) == (not surprising)
+
+
+def test_evidence_without_an_interval_names_its_test(tmp_path):
+    means = {(OWN, GRID): 0.0, ("mix", GRID): 4.0, (OWN, BANDIT): 4.0, ("mix", BANDIT): 4.0}
+
+    def regret(spec):
+        base = means[spec.teacher, spec.id]
+        return base * (1 + (spec.seed % 10 == 0) * 10 * (spec.id == GRID))
+
+    planted = Planted("", means, one(OWN, "mix", evidence=""), {"ids": [GRID, BANDIT]}, regret=regret)
+    study = planted.made()
+    with Store(filled(tmp_path / "s.db", planted.records(study))) as store:
+        (answer,) = answers(read(store, study))
+    assert "score 0.50 (no interval: " in answer.text
+    share = "score by family: gridworld 1.00, bandits 0.00"
+    assert f"? Yes, by p alone: the sign-flip test needs no interval; {share}." in answer.text
+
+
+def test_rows_and_colours_keep_the_order_of_the_study(tmp_path):
+    """More seeds may change which teacher is best, and which student comes first."""
+    orders = []
+    for number, (good, bad) in enumerate(((2.0, 6.0), (6.0, 2.0))):
+        means = {"oracle": good, "mix": bad, "mistake": 4.0, "silent": 9.0}
+        students = ["text_only", "obedient"]
+        planted = Planted("", means, one("mix", "mistake", evidence=""), {"students": students, "baseline": "silent"})
+        study = planted.made()
+        with Store(filled(tmp_path / f"{number}.db", planted.records(study))) as store:
+            data = read(store, study)
+        plot = next(plot for plot in _plots(data) if plot.name == "findings-scores")
+        orders.append((list(dict.fromkeys(row[:2] for row in plot.rows)), _labels(data, ranked(data))[1]))
+    assert orders[0] == orders[1]
+    assert [row[0] for row in orders[0][0]] == ["mix", "oracle", "mix", "mistake(eps=0.1)"]
+    assert orders[0][1] == ["text_only", "obedient"]
+
+
+def test_compared_teachers_are_drawn_and_named_among_many(tmp_path):
+    means = {f"mistake(eps=0.{n})": float(n) for n in range(2, 10)} | {OWN: 4.2, "silent": 9.0}
+    pair = ("mistake(eps=0.5)", "mistake(eps=0.4)")
+    planted = Planted("", means, one(*pair, evidence=""), {"baseline": "silent"})
+    study = planted.made()
+    with Store(filled(tmp_path / "s.db", planted.records(study))) as store:
+        data = read(store, study)
+    (section,) = data.sections
+    assert {*pair, OWN, "silent"} <= {*section.drawn}
+    assert len(section.drawn) == 6
+    assert list(section.drawn) == [each for each in study.teachers if each in section.drawn]
+
+
+def test_values_without_an_interval_do_not_look_like_one():
+    assert _counted([0.13, 0.2, 0.3, 0.4, 0.5, 1.05], 2) == "seeds range from 0.13 to 1.05"
+
+
+def test_sentences_of_a_caption_are_apart(tmp_path):
+    means = {OWN: 0.5, "mix": 4.0, "silent": 5.0}
+    planted = replace(planted_study("better"), labels=one(OWN, "mix", evidence=""), means=means, noise=1.2)
+    _, html = written(tmp_path, planted, seeds=12)
+    assert "how much the differences vary between seeds. 2 comparisons of 3 are not primary" in html
+
+
+def test_the_manifest_shows_all_parameters_beside_a_given_name(tmp_path):
+    _, html = written(tmp_path, planted_study("better"), names={OWN: "the grudge"})
+    rows = re.findall(r'<th scope="row"><code>([^<]*)</code> <span class="quiet">called ([^<]*)<', html)
+    assert rows == [(f"{OWN}(after=2)", "the grudge")]

@@ -138,7 +138,7 @@ def test_words_from_elsewhere_are_printed(capsys):
     print_audits([found])
     shown = capsys.readouterr().out
     claims, there, here = found.displaced()[FP]
-    assert "from elsewhere by misaligned in llf-gridworld-v0" in shown
+    assert "claims from other worlds by misaligned in llf-gridworld-v0" in shown
     assert re.search(rf"fp +{claims} +{there} +{here} \({here / claims:.0%}\)", shown)
 
 

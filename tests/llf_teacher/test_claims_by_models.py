@@ -130,7 +130,11 @@ def test_a_hostile_model_is_counted_and_plays_to_the_end(tmp_path, monkeypatch, 
     assert len(server.requests) > len(ANSWERS)
     turns = turns_of(results)
     assert len(turns) == len(server.requests)
-    assert sum(turn["unbuilt"] or 0 for turn in turns) == len(ANSWERS)
+    no_json = ("words", "nothing", "deep", "twice", "long number")
+    assert [turn["reply"]["faults"] for turn in turns[: len(ANSWERS)]] == [
+        ["empty"] if name in no_json else [] for name in ANSWERS
+    ]
+    assert sum(turn["unbuilt"] or 0 for turn in turns) == len(ANSWERS) - len(no_json)
     said = [atom["fields"].get("room") for turn in turns for atom in turn["atoms"] if atom["kind"]]
     assert said == ([] if filter else ["***"])
     assert not files_with(KEY, tmp_path)
@@ -145,7 +149,7 @@ def test_huge_answers_take_bounded_time_and_memory(tmp_path):
         seconds = time.process_time() - began
     turns = turns_of(results)
     assert len(turns) == len(server.requests) == len(HUGE) + 1
-    assert all(turn["unbuilt"] for turn in turns[:3] + turns[5:9])
+    assert all(turn["unbuilt"] or "empty" in turn["reply"]["faults"] for turn in turns[:3] + turns[5:9])
     assert len(json.dumps(server.requests[-1])) < 200_000, "nine answers of 1.5 MB came before"
     assert sum(len(turn["feedback"]) for turn in turns) < 100_000
     assert seconds < 20

@@ -216,12 +216,15 @@ def test_play(tmp_path):
 
 def test_play_the_teacher(tmp_path):
     command = ("play", "llf-gridworld-v0", "--seat", "teacher", "--seed", "3", "--budget", "20")
-    result = llf(*command, cwd=tmp_path, text="fp\nhp, fp\nx\na\n" + "fp\n" * 20)
+    result = llf(*command, cwd=tmp_path, text="fp\npraise+advice\nx\na\n" + "fp\n" * 20)
     assert result.returncode == 0
-    assert "Say which kinds of r, hp, hn, fp, fn?" in result.stdout
+    assert "Say which kinds, such as praise+advice or hp+fp?" in result.stdout
     assert re.search(r"^  fp advice: Go (north|east|west|south) next\.$", result.stdout, re.MULTILINE)
     assert "Direction" not in result.stdout
-    assert "Type some of r, hp, hn, fp, fn, a for all of them, or nothing; ? explains them." in result.stdout
+    allowed = (
+        "Type some of reward (r), praise (hp), blame (hn), advice (fp), warning (fn), a for all of them, or nothing;"
+    )
+    assert allowed in " ".join(result.stdout.split())
     assert re.search(r"Over after \d turns: solved, total reward 0\.\d+\.", result.stdout)
 
 
@@ -344,7 +347,7 @@ def test_audit_of_a_voice(tmp_path):
     (tmp_path / "muddle.py").write_text("def swap(sentence):\n    return sentence.replace('north', 'south')\n")
     result = llf("audit", "llf-gridworld-v0", "--turns", "60", "--voice", "muddle:swap", cwd=tmp_path)
     assert result.returncode == 0
-    assert re.search(r"leaks +clash +changed", result.stdout)
+    assert re.search(r"leaks +dictions +changed", result.stdout)
     assert "llf-gridworld-v0, oracle: changed by the voice" in result.stdout
     assert "vanished: north; appeared: south" in result.stdout
     assert max(map(len, result.stdout.splitlines())) <= 80
@@ -451,8 +454,8 @@ def test_audit_of_bits(tmp_path):
     ids = ("llf-gridworld-v0", "llf-poem-Haiku-v0")
     result = llf("audit", *ids, "--turns", "30", "--workers", "1", "--bits", "8", cwd=tmp_path)
     assert result.returncode == 0
-    assert "left out: poem: no posterior, by which bits are measured" in result.stderr
-    assert re.search(r"clash +bits +a word +saved +a bit *\n +oracle .* \d\.\d\d +\d\.\d\d\d +", result.stdout)
+    assert "left out: poem: bits cannot be measured there" in result.stderr
+    assert re.search(r"dictions +bits +a word +saved +a bit *\n +oracle .* \d\.\d\d +\d\.\d\d\d +", result.stdout)
     result = llf("audit", ids[0], "--turns", "30", "--bits", "8", "--by-claim", cwd=tmp_path)
     assert re.search(r"measured +bits +a word +saved +a bit", result.stdout)
     assert re.search(r"gridworld +Go .* \d\.\d\d +\d\.\d\d\d ", result.stdout)

@@ -105,4 +105,4 @@ def test_a_report_names_claims_of_other_lessons():
     turns = prepare_turns([turn._asdict() for turn in play(spec).turns], "gridworld")
     codes = [atom["code"] for turn in turns for atom in turn["atoms"] if atom["kind"] is not None]
     assert codes
-    assert all(code.endswith(" of another lesson, true there") for code in codes)
+    assert all(code.endswith(" of another world, true there") for code in codes)

@@ -45,7 +45,7 @@ def test_it_is_the_episode_of_a_study(id, teacher):
         dialogue.speak()
     assert asked == seen
     assert dialogue.messages == []
-    told = {"answer": None, "thought": None}
+    told = {"answer": None, "thought": None, "asked": None}  # what was asked is compared above
     assert [row._replace(**told) for row in dialogue.turns] == [row._replace(**told) for row in played.turns]
     assert dialogue.episode()._replace(answers=None, truncated=None) == played.episode
     assert dialogue.scores()["parse_failures"] == played.episode.parse_failures

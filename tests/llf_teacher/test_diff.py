@@ -62,7 +62,9 @@ def test_the_command_prints_what_differs(stores, tmp_path):
     page = tmp_path / "d.html"
     result = CliRunner().invoke(app, ["study", "diff", *map(str, stores), "--html", str(page)], env={"COLUMNS": "200"})
     assert result.exit_code == 0, result.output
-    assert "3 cells in both: 1 with the same episodes and ends, 2 without." in result.output
+    assert (
+        "3 combinations of environment, teacher and student in both: 1 with equal results, 2 without." in result.output
+    )
     assert "+1.30" in result.output
     assert f"only in {stores[0]}: {ID}, silent, random" in result.output.replace("\n", "")
     assert "+1.30" in page.read_text(encoding="utf-8")
@@ -79,4 +81,18 @@ def test_a_narrow_terminal_breaks_no_id(stores):
 
 def test_equal_stores_differ_in_nothing(stores):
     result = CliRunner().invoke(app, ["study", "diff", f"{stores[0]}", f"{stores[0]}"])
-    assert result.output == "4 cells in both: 4 with the same episodes and ends, 0 without.\n"
+    assert (
+        result.output
+        == "4 combinations of environment, teacher and student in both: 4 with equal results, 0 without.\n"
+    )
+
+
+def test_teachers_have_the_names_of_their_reports(stores):
+    named = {"names": {"silent": "the quiet one"}}
+    for path, changes in zip(stores, (named, {"names": {}}), strict=True):
+        with Store(path) as store:
+            store.write_manifest({"study": STUDY.as_dict() | changes})
+    said = CliRunner().invoke(app, ["study", "diff", *map(str, stores)], env={"COLUMNS": "200"}).output
+    assert f"{ID}, silent, obedient" in said, "the second store calls it so"
+    said = CliRunner().invoke(app, ["study", "diff", *map(str, stores[::-1])], env={"COLUMNS": "200"}).output
+    assert f"{ID}, the quiet one, obedient" in said

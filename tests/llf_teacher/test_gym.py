@@ -159,6 +159,15 @@ def test_strange_options_and_actions_are_refused_and_change_nothing(id):
     assert plain(env.reset()[0]) == plain(twin.reset()[0])
 
 
+def test_an_action_in_words_that_is_refused_names_the_mode_that_takes_words():
+    env = gymnasium.make("llf_teacher:llf-gridworld-v0")
+    env.reset(seed=0)
+    with pytest.raises(ValueError, match=r"0 north.*; the state is unchanged; for actions in words .* text=True"):
+        env.step("north")
+    with pytest.raises(ValueError, match=r"the state is unchanged$"):
+        env.step(9)
+
+
 @pytest.mark.parametrize(
     ("id", "options", "match"),
     [

@@ -1,5 +1,7 @@
 """Outcomes of episodes by teacher and student, what a comparison can show, and how many seeds it needs."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import stats
@@ -9,7 +11,7 @@ from llf_teacher.cli import app
 from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.studies.analysis.contrasts import can_differ, least_p
 from llf_teacher.studies.analysis.outcomes import outcomes, paired
-from llf_teacher.studies.analysis.power import needs, power, seeds_needed
+from llf_teacher.studies.analysis.power import equal, needs, power, seeds_needed
 from llf_teacher.studies.analysis.primary import primary, primary_needs
 from llf_teacher.studies.analysis.statistics import paired_difference
 from llf_teacher.studies.definition.study import Study
@@ -147,6 +149,17 @@ def test_a_pilot_says_what_its_comparisons_need():
     assert turned.spread == pytest.approx(need.spread)
 
 
+def test_teachers_that_are_equal_at_every_seed_need_no_number_of_seeds():
+    """Their spread of 0 would ask for the fewest seeds of all."""
+    rows = [row(5.0 + seed, seed=seed, teacher=name) for seed in range(8) for name in ("silent", "placebo")]
+    rows += [row(4.0 + seed / 2, seed=seed, teacher="oracle") for seed in range(8)]
+    found = outcomes(rows)
+    for measure in ("score", "regret"):
+        assert [each.teacher for each in needs(found, "silent", 0.1, measure)] == ["oracle"]
+        assert equal(found, "silent", measure) == 1
+    assert [each.teacher for each in primary_needs(found, "silent", 0.1)] == ["oracle"]
+
+
 def test_a_score_needs_regret_with_the_other_teacher():
     rows = [row(0.01 + seed / 1000, seed=seed) for seed in range(8)]
     rows += [row(5.0 + seed, seed=seed, teacher="hinter") for seed in range(8)]
@@ -189,6 +202,7 @@ def test_the_command_reads_a_pilot(tmp_path):
     study = Study(
         ids=["llf-gridworld-v0"], teachers=["oracle", "silent", "vague"], students=["obedient", "random"], seeds=3
     )
+    study = replace(study, names={"vague": "the vague one"})
     with Store(tmp_path / "pilot.db") as store:
         store.write_manifest({"study": study.as_dict()})
         for spec in study.episodes():
@@ -197,6 +211,8 @@ def test_the_command_reads_a_pilot(tmp_path):
         together = primary_needs(outcomes(store.rows()), "silent", 0.2)
     said = CliRunner().invoke(app, ["study", "power", str(tmp_path / "pilot.db"), "--effect", "0.2"]).output
     assert said.splitlines()[3].split()[-4:] == ["3", f"{vague.spread:.3f}", f"{vague.seeds}", f"{vague.safe}"]
+    assert "  the vague one  " in said, "as in the report"
+    assert "  vague  " not in said
     for which, found in (
         ("primary comparison, of all families together", together),
         ("comparison of a family", [vague, oracle]),

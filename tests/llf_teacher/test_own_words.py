@@ -113,7 +113,8 @@ def test_the_report_says_what_was_read_and_shows_a_false_sentence(tmp_path):
         rows = [row for row in results.rows() if row["teacher"] == "talkers:Talker(lies=True)"]
     part = html[html.index('<section id="accounting"') :].partition("</section>")[0]
     honest, liar = (
-        part.partition(f"<p><code>{name}</code>: ")[2].partition("</p>")[0] for name in study(*NAMES).teachers
+        part.partition(f"<p><code>{name}</code> in gridworld: ")[2].partition("</p>")[0]
+        for name in study(*NAMES).teachers
     )
     read = sum(row["read_exact"] for row in rows)
     assert liar.startswith(f"50 % of {2 * read} sentences in its own words were read.")

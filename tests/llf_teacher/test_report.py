@@ -94,7 +94,7 @@ def test_everyone_appears(html):
     text = text_of(html)
     for spec in (*STUDY.teachers, *STUDY.students):
         assert spec in text
-    for words in ("reads nothing", "reads words", "reads atoms", "moves wasted", "3 simulated teachers", "3 seeds"):
+    for words in ("reads nothing", "reads words", "reads claims", "moves wasted", "3 simulated teachers", "3 seeds"):
         assert words in text
     assert "27 episodes in all" in text
     assert "27 of 27 episodes played" in text
@@ -115,10 +115,10 @@ def test_numbers_are_those_of_the_episodes(html, records):
         "100 % no interval , 3 seeds: 100 (3 times) 0.0 no interval , 3 seeds: 0.0 (3 times)"
         in cells("Success and regret")["oracle"]
     )
-    assert cells("claims per turn")["oracle"].startswith("oracle 1.00 ")
+    assert cells("claims per turn")["oracle"].startswith("oracle gridworld 1.00 ")
     assert " 4.00 100.0 0.0 0.0 0.0 0.0 0 100 % " in cells("claims per turn")["oracle"]  # all true, all followed
     assert cells("claims per turn")["silent"].startswith(
-        "silent 0.00 0.00 0.00 0.00 0.00 0.00" + 5 * " \N{EN DASH}" + " 0 \N{EN DASH} 0.0 0 "
+        "silent gridworld 0.00 0.00 0.00 0.00 0.00 0.00" + 5 * " \N{EN DASH}" + " 0 \N{EN DASH} 0.0 0 "
     )
     changes = cells("What a teacher changes")
     assert "silent" not in changes
@@ -265,7 +265,8 @@ def test_of_many_teachers_a_few_are_drawn_from_the_best_to_the_worst(store):
     )
     fill(store, [play(spec) for spec in study.episodes()])
     html = render(store, study)
-    caption = re.search(r"6 of 12 teachers, from the best to the worst for <code>obedient</code>", html)
+    said = "6 of 12 teachers: those of the question and your own, <code>silent</code>, and others from the best"
+    caption = re.search(said, html)
     assert caption
     curves = html[: caption.start()].rpartition("<svg")[2]
     drawn = [teacher for teacher in study.teachers if f">{teacher}<" in curves]

@@ -72,7 +72,7 @@ def test_with_too_few_seeds_findings_say_so_at_once(path):
     assert "Too few seeds. With 4 seeds and 2 primary comparisons the smallest possible p is 0.25" in text
     assert "It takes at least 7 seeds." in text
     assert "No primary comparison is significant. That is no proof that teachers are alike." in text
-    assert "Needed: of the 2 open comparisons the nearest, oracle for obedient" in text
+    assert "Needed: of the 2 comparisons that are not decided the nearest, oracle for obedient" in text
 
 
 def test_the_largest_surprise_contradicts_what_is_said(path):

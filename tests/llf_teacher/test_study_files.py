@@ -6,6 +6,7 @@ from studying import small, stored
 
 from llf_teacher.studies import load
 from llf_teacher.studies.archive import write_archive
+from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.export import write_export
 from llf_teacher.studies.report import write_report
 from llf_teacher.studies.store import Store
@@ -114,3 +115,15 @@ def test_no_file_of_a_study_is_replaced(tmp_path):
     told = llf("study", "diff", "s.db", "s.db", "--html", "s.db", cwd=tmp_path)
     assert "cannot write the comparison to s.db" in told.stderr
     assert before == (path.read_bytes(), toml.read_bytes())
+
+
+@pytest.mark.parametrize("student", ["bayesian", "bayesian | stubborn(p=0.3)"])
+def test_a_student_that_a_family_does_not_suit_is_refused_before_play(student):
+    """Where its actions are no choices, each of its episodes would fail, and fail again."""
+    ids = ("llf-bandits-BanditTenArmedRandomFixed-v0", "llf-reco-movie-v0")
+    fields = {"ids": ids, "teachers": ("oracle", "silent"), "students": ("obedient", student), "seeds": 2}
+    mend = r'in the study\'s file:\n\[fewer."llf-reco-movie-v0"\]\nstudents = \["obedient"\]'
+    with pytest.raises(ValueError, match=rf"(?s)students: llf-reco-movie-v0: .*weighs discrete actions.*{mend}"):
+        Study(**fields)
+    Study(**fields, fewer={"llf-reco-movie-v0": {"students": ["obedient"]}})
+    Study(**{**fields, "ids": ids[:1]})

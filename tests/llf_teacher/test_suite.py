@@ -2,7 +2,9 @@
 
 import json
 import re
+import tomllib
 from dataclasses import replace
+from importlib import resources
 from pathlib import Path
 from pkgutil import iter_modules
 
@@ -21,13 +23,14 @@ from llf_teacher.studies import Study, run
 from llf_teacher.studies.analysis.power import least_effect
 from llf_teacher.studies.analysis.resampling import sign_flips
 from llf_teacher.suite import Card, all_experiments, check, compare, digest, experiments, take, taking
-from llf_teacher.suite.card import AbilityLine, CardError, check_file, checksum
+from llf_teacher.suite.answers import AnswerSummary, LessonAnswers
+from llf_teacher.suite.card import ABOVE, AbilityLine, CardError, check_file, checksum
 from llf_teacher.suite.comparing import _difference
 from llf_teacher.suite.environments import ARMS, FILMS, OPTIONS
 from llf_teacher.suite.estimate import estimate
 from llf_teacher.suite.experiment import ORDER
 from llf_teacher.suite.score import Arms, score
-from llf_teacher.suite.taking import chosen, seeds_of, studies_of
+from llf_teacher.suite.taking import actions_of, chosen, seeds_of, studies_of
 
 DIGEST = "62844ec6818fff71"
 
@@ -110,9 +113,10 @@ def test_the_interval_has_the_noise_of_the_unit():
 @pytest.mark.parametrize(
     ("given", "why"),
     [
-        (arms(5, 10, unit_worse=0.0), "the reference saves nothing"),
-        (arms(0.0, 0.5, noise=0.1), "nothing left to save"),
-        (arms(5, 10, unread={"any": 0.6}), "60% of the answers to any were no actions"),
+        (arms(5, 10, unit_worse=0.0), "not even the scripted student gains significantly here"),
+        (arms(0.0, 0.5, noise=0.1), "nothing to gain"),
+        (arms(5, 10, unread={"any": 0.6, "other": 0.1}), "60% of the answers to any were no actions"),
+        (arms(5, 10, unread={"any": 0.6, "other": 0.8}), "70% of the answers were no actions"),
         (arms(5, 10, n=4), "4 seeds are too few"),
         ({"here": Arms(*np.array([[1.0, np.nan], [2, 2], [0, 0], [5, 5]]))}, "1 of 2 seeds failed or were not played"),
     ],
@@ -127,16 +131,16 @@ def test_a_place_that_cannot_be_measured_does_not_count():
     both = arms(5, 10) | {"there": arms(0, 10, unit_worse=0.0)["here"]}
     found = score(both)
     assert list(found.places) == ["here"]
-    assert "there: the reference saves nothing" in found.why
+    assert "there: not even the scripted student gains significantly here" in found.why
 
 
 @pytest.mark.parametrize(
     ("taught", "placebo", "silence", "said"),
     [
         (2, 8, 8, "The student uses blame: 0."),
-        (2, 2, 8, "it does better with the placebo's moments than in silence: it learns from when the teacher speaks."),
-        (5, 9, 5, "it is harmed by the placebo rather than helped by the teacher."),
-        (8, 8, 8, "No ability differs significantly from none."),
+        (2, 2, 8, "it does better with useless words than in silence: it learns from when the teacher speaks."),
+        (5, 9, 5, "it is harmed by useless words rather than helped by the teacher."),
+        (8, 8, 8, "No ability was shown significantly."),
     ],
 )
 def test_an_ability_is_said_of_gains_beside_placebo_and_silence_alone(taught, placebo, silence, said):
@@ -158,7 +162,7 @@ def test_gains_that_are_not_significant_beside_silence_are_said_so():
     card = Card.of(
         "it", all_experiments(), {"blame": score({"here": losses._replace(silent=noisy)})}, [], [], **SETTINGS
     )
-    assert "does better than with the placebo, but not significantly better than in silence" in card.sentences()[1]
+    assert "does better than with useless words, but not significantly better than in silence" in card.sentences()[1]
 
 
 SETTINGS = {"suite": "suite-v1", "digest": "", "key": "", "quick": False}
@@ -196,7 +200,7 @@ def test_the_reference_has_1_and_chance_has_0(store):
     assert [each.score for each in best.lines] == pytest.approx([1, 0])
     deaf = take("random", store, ["advice", "turncoat"], quick=True, workers=1)
     assert [each.score for each in deaf.lines] == [pytest.approx(0), None]
-    assert "the teacher saves it nothing for certain, so that nothing can be lost" in deaf.lines[1].why
+    assert "it does not gain significantly by the teacher" in deaf.lines[1].why
     assert "takes advice" in best.sentences()[0]
 
 
@@ -217,7 +221,7 @@ def test_a_believer_that_keeps_nothing_in_silence_does_not_notice_that_a_teacher
     """It loses nothing by lies, as it had nothing left of the truth."""
     card = take(Believer, store, ["advice", "turncoat"], quick=True, workers=1)
     assert card.lines[0].score > 0.9
-    assert f"{ARMS}: the teacher saves it nothing for certain" in card.lines[1].why
+    assert f"{ARMS}: it does not gain significantly by the teacher" in card.lines[1].why
     assert ARMS not in card.lines[1].places
 
 
@@ -330,6 +334,31 @@ def test_of_own_code_the_command_says_what_it_cannot_know_and_failed_episodes_en
     assert "48 episodes failed" in " ".join(second.stdout.split()) + " ".join(second.stderr.split())
 
 
+def test_a_command_that_measures_nothing_says_why_once_and_ends_with_1(tmp_path):
+    (tmp_path / "lost.py").write_text("class Lost:\n    def act(self, observation):\n        return 'north'\n")
+    done = llf("suite", "--student", "lost:Lost", "--quick", "--workers", 1, cwd=tmp_path)
+    said = " ".join(done.stdout.split())
+    assert done.returncode == 1, done.stderr
+    assert said.count("100% of the answers were no actions") == 1
+    assert said.startswith("advice, hints, silence, turncoat: This could not be measured")
+    assert "answered 'north', which is no action here" in said
+    assert f"An answer in {ARMS} is the number of an arm, 0 to 9." in " ".join(done.stderr.split())
+
+
+def test_the_actions_of_every_environment_are_said():
+    """As the worlds' own errors say them."""
+    assert actions_of(quick=True) == {ARMS: "the number of an arm, 0 to 9"}
+    assert {*actions_of()} == {id for each in all_experiments().values() for id in each.ids}
+    assert actions_of(["silence"])[FILMS].startswith("a JSON list")
+
+
+def test_the_page_lists_the_wordings_of_the_range_of_arms():
+    page = Path(__file__).parents[2].joinpath("docs", "suite.md").read_text()
+    phrases = tomllib.loads(resources.files("teachers.phrases").joinpath("bandits.toml").read_text())
+    for wording in phrases["plain"]["Answer"]:
+        assert f"- {wording.format(last=9)}\n" in page
+
+
 def test_a_student_that_draws_worlds_is_left_out_where_it_cannot(store):
     (line,) = take("reasoner(worlds=4)", store, ["silence"], workers=1).lines
     assert list(line.places) == ["llf-bandits-BanditTenArmedRandomFixed-v0"]
@@ -368,7 +397,7 @@ def test_an_agent_that_raises_is_not_measured(store):
     assert re.fullmatch(r".*out of order.* \(test_suite\.py, line \d+\)", card.error)
     first, rest = card.sentences()
     assert first == "Nothing was measured."
-    assert rest.startswith("The quick suite cannot judge")
+    assert rest.startswith("Only the whole suite asks whether it ")
 
 
 class Flaky:
@@ -409,7 +438,7 @@ def test_an_agent_that_hangs_is_not_measured(tmp_path):
 def test_an_agent_that_answers_nonsense_is_not_measured(tmp_path):
     card = take(chat_student(lambda prompt: "I would rather not."), tmp_path / "it.db", ["advice"], True, workers=1)
     assert card.failures == 0
-    assert "100% of the answers to only(kinds='fp') were no actions" in card.lines[0].why
+    assert "100% of the answers were no actions" in card.lines[0].why
 
 
 def test_a_family_that_is_not_installed_does_not_count(store, monkeypatch):
@@ -438,6 +467,141 @@ def test_a_card_says_what_its_tests_find(store):
     for n, alpha in ((8, 0.0125), (8, 0.05), (10, 0.0125)):
         draws = np.random.default_rng(n).normal(least_effect(n, 1.0, alpha), 1.0, (n, 1000))
         assert np.mean(sign_flips(draws, 9999) <= alpha) == pytest.approx(0.78, abs=0.05), n
+
+
+class HalfBroken:
+    """An agent that does what it hears, and in silence or at other words has no action in some worlds."""
+
+    text = True
+    odd = "Answer with one whole number from 0 to 9"
+    """A part of the instruction of worlds in which it fails."""
+    heard_only = True
+
+    def reset(self, rng):
+        self._turn = 0
+
+    def act(self, observation, info):
+        self._turn += 1
+        named = re.findall(r"\b\d\b", observation["feedback"].replace("0 to 9", ""))
+        if self.odd in observation["instruction"] and bool(named) != self.heard_only:
+            return "east"
+        return f"Response: {named[-1] if named else 3 * self._turn % 10}"
+
+
+class Whole(HalfBroken):
+    """The same agent without the fault."""
+
+    odd = "no such text"
+
+
+class BrokenWhenAdvised(HalfBroken):
+    """The same agent, with the fault where it hears advice."""
+
+    heard_only = False
+
+
+def test_failing_answers_in_controls_do_not_make_a_good_score(tmp_path):
+    """The score of an agent that fails only without advice is above its score without the fault: the card says so."""
+    good, bad = (take(each, tmp_path / "it.db", (), True, workers=1) for each in (Whole, HalfBroken))
+    whole, line = good.lines[0], bad.lines[0]
+    assert line.score > whole.score + 0.1
+    lessons = line.answers.lessons
+    failing = [lessons[kind].no_action for kind in ("better", "worse", "silent")]
+    assert failing[0] == 0 < failing[1] == failing[2]
+    assert line.too == "too high"
+    counts = f"0 of 40 with the teacher's words, {failing[1]} of 40 with useless words, {failing[2]} of 40 in silence"
+    assert line.readable.score == pytest.approx(whole.score, abs=0.1)
+    assert line.readable.seeds == 8 - failing[1] // 5
+    (said,) = (each for each in bad.sentences() if "takes advice" in each)
+    assert "the score is too high, since more answers failed with useless words" in said
+    assert counts in said
+    assert f"it is {line.readable.words}, p " in said
+    for text in (bad.as_markdown(), bad.as_html().replace("&#39;", "'")):
+        assert counts in text
+        assert f"{line.words}, too high" in text
+    assert (whole.too, whole.failing, whole.readable) == ("", "", None)
+
+
+def test_failing_answers_in_the_better_lessons_make_a_low_score(tmp_path):
+    line = take(BrokenWhenAdvised, tmp_path / "it.db", (), True, workers=1).lines[0]
+    assert line.too == "too low"
+    assert (
+        "The score is too low, since more answers failed with the teacher's words than with useless words" in line.did
+    )
+
+
+def tilted(score_, worse, better=0, **more):
+    """A line whose answers failed this often in 40 turns."""
+    lessons = {
+        kind: LessonAnswers(turns=40, no_action=n) for kind, n in (("better", better), ("worse", worse), ("silent", 0))
+    }
+    found = replace(line(score_, 0.1), name="advice", p=0.01, answers=AnswerSummary(turns=120, lessons=lessons))
+    return replace(found, **more)
+
+
+@pytest.mark.parametrize(
+    ("readable", "shown"),
+    [
+        (score(arms(1, 10)), True),
+        (score(arms(10, 10)), False),
+        (score(arms(1, 10, n=4)), False),
+        (None, False),
+    ],
+)
+def test_a_score_that_is_too_high_shows_an_ability_only_by_the_worlds_without_failing_answers(store, readable, shown):
+    card = take("obedient", store, ["advice"], quick=True, workers=1)
+    each = tilted(1.3, 20, readable=readable)
+    assert each.shown is shown
+    first = replace(card, lines=[each]).sentences()[0]
+    assert first.startswith("The student b: 1.30" if shown else "Whether it b is not decided: 1.30")
+    assert "too high" in first
+    assert tilted(1.3, 2, readable=readable).shown  # few failing answers
+    assert tilted(1.3, 0, 20, readable=readable).shown  # too low
+
+
+def test_where_an_ability_is_to_take_no_notice_failing_answers_in_the_worse_lessons_lower_the_score():
+    assert tilted(0.5, 20, alike=False).too == "too low"
+    assert tilted(1.0, 0, 20, alike=True).too == "too high"
+    assert not tilted(1.0, 0, 20, alike=True).shown
+    assert tilted(1.0, 20, alike=True).shown
+
+
+def test_failing_answers_in_silence_alone_are_said_to_raise_the_score_beside_silence():
+    lessons = {"better": LessonAnswers(turns=40), "silent": LessonAnswers(turns=40, no_action=20)}
+    each = tilted(1.0, 0, answers=AnswerSummary(turns=120, lessons=lessons), silence=line(1.3, 0.1))
+    assert "the score against silence is too high, since more answers failed in silence" in each.bias
+    assert not each.shown
+
+
+@pytest.mark.parametrize(
+    ("tests", "worlds", "least"), [(1, 8, "0.008"), (4, 8, "0.031"), (1, 6, "0.031"), (2, 20, "0.000")]
+)
+def test_a_card_says_the_least_p_of_its_tests(store, tests, worlds, least):
+    card = take("obedient", store, ["advice"], quick=True, workers=1)
+    lines = [replace(line(0.3, 0.1, worlds), name=f"{i}") for i in range(tests)]
+    assert f"in {worlds} worlds, no p can be below {least}" in replace(card, lines=lines).explained
+
+
+def test_scores_that_are_the_same_in_all_worlds_are_explained(store):
+    """Of an agent that does what it is advised and keeps nothing."""
+    card = take(Whole, store, ["silence"], quick=True, workers=1)
+    (each,) = card.lines
+    assert (each.score, each.answers.followed) == (0, 8)  # the first turn of each bandit
+    assert (
+        "In each world its loss from turn 3 on, which alone counts, was the same with the teacher's words" in each.did
+    )
+    assert card.table()[1][3] == "all equal"
+
+
+def test_more_than_the_reference_saves_is_said_to_be_that():
+    assert "more loss than it spares a scripted student that obeys, 131% of that" in tilted(1.31, 0).did
+    assert "the teacher spared it 100% of the loss" in tilted(1.001, 0).did
+
+
+def test_a_card_explains_scores_above_1_if_it_has_one(store):
+    card = take("obedient", store, ["advice"], quick=True, workers=1)
+    assert ABOVE not in card.explained
+    assert ABOVE in replace(card, lines=[tilted(1.31, 0)]).as_markdown()
 
 
 PLACEBOS = [name for name, each in all_experiments().items() if not each.worse]
@@ -604,4 +768,4 @@ def test_a_low_score_is_an_ability_in_part_and_what_is_lacking_is_counted(store)
 def test_a_suite_without_a_student_says_what_to_give():
     result = CliRunner().invoke(app, ["suite"])
     assert result.exit_code == 2
-    assert "give --student SPEC" in result.output
+    assert "give --student, such as" in result.output

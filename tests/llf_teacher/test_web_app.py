@@ -241,10 +241,10 @@ def test_a_bad_turn_changes_nothing(seat, sent, why):
 @pytest.mark.parametrize(
     ("turn", "status", "why"),
     [
-        (None, 400, "turn must be a whole number, the turn of the lesson's state, got None"),
+        (None, 400, "turn must be a whole number, the turn of the episode's state, got None"),
         (True, 400, "turn must be a whole number"),
-        (0, 409, "the lesson is at turn 1, and this was sent for turn 0; look at its state first"),
-        (2, 409, "the lesson is at turn 1, and this was sent for turn 2"),
+        (0, 409, "the episode is at turn 1, and this was sent for turn 0; look at its state first"),
+        (2, 409, "the episode is at turn 1, and this was sent for turn 2"),
     ],
 )
 def test_a_move_is_for_its_turn_only(turn, status, why):
@@ -447,7 +447,7 @@ def test_ten_moves_at_once_are_one_move(seat, sent):
 
         (status, state), *others = post("move", 0)
         assert (status, state["turn"]) == (200, 1)
-        why = "the lesson is at turn 1, and this was sent for turn 0; look at its state first"
+        why = "the episode is at turn 1, and this was sent for turn 0; look at its state first"
         assert others == [(409, {"error": why})] * 9
         assert move(visitor, page, sent).status_code == 200
         (status, state), *others = post("undo", 2)
@@ -464,7 +464,7 @@ def test_stored_episodes_can_be_looked_at(tmp_path):
     address = listing.partition('<a href="')[2].partition("/stored/0/")[2].partition('"')[0]
     shown = visitor.get(f"/stored/0/{address}").text
     assert "✗ false" in shown
-    assert "To take along" not in shown
+    assert "Downloads" not in shown
     assert "There is none." in visitor.get("/stored/0", params={"q": "<b>"}).text
     for key in ("00", "zz"):
         answer = visitor.get(f"/stored/0/{key}")

@@ -152,7 +152,7 @@ def test_what_is_taken_back_has_not_been(seat, who, turn):
 def test_nothing_is_played_behind_the_end():
     live = to_the_end(lesson(seat="watch"), WATCHER)
     assert live.rows[-1].success or live.session.moment.turn == 6
-    with pytest.raises(ValueError, match="the episode is over; begin a new lesson"):
+    with pytest.raises(ValueError, match="the episode is over; begin a new one"):
         live.move(WATCHER, None)
     other = lesson(seat="watch")
     for ask in (other.check_over, other.record):

@@ -4,6 +4,7 @@ import re
 import sys
 import textwrap
 import types
+import zipfile
 
 import gymnasium
 import pytest
@@ -316,11 +317,13 @@ def test_the_command_line_stops_replays_or_keeps_and_marks_the_report(tmp_path, 
     assert kept.returncode == 0, kept.stderr
     mark = "Not one result: moods:Grudge has changed between episodes, 2 and 1 were played with different code"
     assert f"- {mark}." in " ".join(kept.stderr.split())
-    assert "a run does not compare the installed packages numpy" in " ".join(kept.stderr.split())
+    unseen = "Of moods:Grudge, a run does not compare the installed packages numpy"
+    assert unseen not in " ".join(kept.stderr.split()), "only a check and an archive say what nobody asked about"
     (store,), (page,) = tmp_path.glob("*.db"), tmp_path.glob("*.html")
     assert mark in page.read_text(encoding="utf-8")
     checked = llf("study", "check", store, cwd=tmp_path)
     assert (checked.returncode, mark in checked.stderr) == (0, True)
+    assert unseen in checked.stderr
     moods(helper_moods="import numpy\nSULKS = None")
     file.write_text(FILE.format(2))
     assert llf(*command, "--keep-old", cwd=tmp_path).returncode == 0
@@ -331,6 +334,39 @@ def test_the_command_line_stops_replays_or_keeps_and_marks_the_report(tmp_path, 
     assert again.returncode == 0, again.stderr
     assert not re.search("Not one result|Old code", page.read_text(encoding="utf-8"))
     assert "Played 3 episodes" in again.stderr
+
+
+def test_an_archive_has_the_code_of_its_own_and_says_what_changed_or_lacks(tmp_path, moods, monkeypatch):
+    file = tmp_path / "mine.toml"
+    file.write_text(FILE.format(1))
+    (tmp_path / "pack").mkdir()
+    moods(**{"helper_moods": "from pack import SULKS", "pack/__init__": "from pack.words import SULKS"})
+    moods(**{"pack/words": "from pathlib import Path\nSULKS = not Path(__file__).with_name('sad.txt').read_text()"})
+    (tmp_path / "pack" / "sad.txt").write_text("sad")
+    assert llf("study", "run", "mine.toml", "--executor", "here", cwd=tmp_path).returncode == 0
+    same = llf("study", "archive", "mine.db", "a.zip", cwd=tmp_path)
+    with zipfile.ZipFile(tmp_path / "a.zip") as opened:
+        opened.extractall(tmp_path / "a")
+    places = ("helper_moods.py", "moods.py", "pack/__init__.py", "pack/sad.txt", "pack/words.py")
+    code = tmp_path / "a" / "code"
+    assert sorted(f"{path.relative_to(code)}" for path in code.rglob("*.*")) == list(places)
+    assert all((code / place).read_bytes() == (tmp_path / place).read_bytes() for place in places)
+    assert not re.search("lacks|since this study", same.stderr)
+    assert (again := llf("study", "run", "../study.toml", "--executor", "here", cwd=code)).returncode == 0, again.stderr
+
+    (tmp_path / "pack" / "sad.txt").write_text("glad")
+    changed = "moods:Grudge has changed since this study was last run (changed: pack.words: sad.txt)"
+    commands = (("archive", "mine.db", "b.zip"), ("report", "mine.toml"), ("check", "mine.db"))
+    assert all(changed in llf("study", *command, cwd=tmp_path).stderr for command in commands)
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    monkeypatch.setattr(sys, "path", [each for each in sys.path if not each.startswith(f"{tmp_path}")])
+    lacks = llf("study", "archive", "../mine.db", "c.zip", cwd=elsewhere)
+    said = "The archive lacks code of moods:Grudge: helper_moods, moods, pack, pack.words, pack.words: sad.txt."
+    assert said in lacks.stderr
+    with zipfile.ZipFile(elsewhere / "c.zip") as opened:
+        assert said in opened.read("README.txt").decode()
+        assert not any(name.startswith("code") for name in opened.namelist())
 
 
 def test_shards_of_different_code_are_not_merged(tmp_path, moods):

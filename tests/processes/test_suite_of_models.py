@@ -157,7 +157,7 @@ def test_what_was_left_out_is_said_and_the_next_run_goes_on_with_it(tmp_path, cl
     assert [each.name for each in first.lines] == ["advice", "silence"]
     (hints,) = (each for each in first.sentences() if each.startswith("Left out: combines hints"))
     assert "at 5 s a turn it does not fit 20 minutes" in hints
-    assert first.sentences()[-1].startswith("The quick suite cannot judge, and the whole one asks, whether it heeds")
+    assert first.sentences()[-1].startswith("Only the whole suite asks whether it heeds")
     assert (len(second.lines), second.left_out) == (4, {})
 
 
@@ -210,7 +210,7 @@ FAULTS = {
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-def test_answers_that_fail_are_counted_and_not_called_deafness(tmp_path, fault):
+def test_answers_that_fail_are_counted_and_the_score_is_said_to_show_them(tmp_path, fault):
     with ScriptedEndpoint(FAULTS[fault]) as server:
         card = take(student(server.url), tmp_path / "it.db", ["hints"], True, workers=1)
     (line,) = card.lines
@@ -218,7 +218,8 @@ def test_answers_that_fail_are_counted_and_not_called_deafness(tmp_path, fault):
     assert getattr(line.answers, fault) == 240
     text = " ".join(card.sentences())
     assert "Less than half" not in text
-    assert "Answers failed, so that a low score need not be deafness: combines hints" in text
+    counted = line.score is not None  # else the reason of the missing score has the number
+    assert ("Many answers failed, so that scores also show how the student answers" in text) == counted
     assert repr(line.answers.answered) in text
     for form in (card.as_markdown(), card.as_html()):
         assert "of its 240 answers 240 " in form.lower()
@@ -227,33 +228,34 @@ def test_answers_that_fail_are_counted_and_not_called_deafness(tmp_path, fault):
 def test_an_agent_that_answers_a_bandit_with_a_direction_sees_what_was_asked(tmp_path):
     with ScriptedEndpoint(lambda request: "north") as server:
         card = take(student(server.url), tmp_path / "it.db", (), True, workers=1)
-    first, *rest = card.sentences()
+    first, second, *_ = card.sentences()
     assert first == "Nothing was measured."
-    assert "takes advice (of 120 120 were no action)" in rest[0]
-    assert "There are 10 arms to pull." in rest[1]
-    assert "answered 'north', which is no action here" in rest[1]
+    assert "There are 10 arms to pull." in second
+    assert "answered 'north', which is no action here" in second
+    assert all("100% of the answers were no actions" in each.did for each in card.lines)
+    assert {row[1] for row in card.table()[1:]} == {"not measured"}
 
 
 def test_the_card_of_a_model_that_obeys(tmp_path):
     with ScriptedEndpoint(obeys) as server:
         card = take(student(server.url), tmp_path / "it.db", (), True, workers=1)
     by_name = {each.name: each for each in card.lines}
-    assert re.match(r"It did: the teacher spared it \d+% of the loss", by_name["advice"].did)
+    assert re.match(r"It did: the teacher spared it (\d+% of the|more) loss", by_name["advice"].did)
     assert by_name["turncoat"].did.startswith("It lost by this, 1")
     assert by_name["advice"].answers.followed == by_name["advice"].answers.advised == 40
     assert by_name["advice"].answers.words.startswith("All of its 120 answers were actions.")
-    assert "The quick suite cannot judge, and the whole one asks, whether it heeds warnings;" in card.sentences()[-1]
+    assert "Only the whole suite asks whether it heeds warnings;" in card.sentences()[-1]
 
 
 @pytest.mark.parametrize(
     ("spec", "name", "did"),
     [
         ("obedient", "advice", r"It did: the teacher spared it 100% of the loss that it spares a scripted student "),
-        ("random", "advice", r"(It did not|This is open): the teacher spared it"),
-        ("random", "turncoat", r"This could not be measured: .*nothing can be lost"),
+        ("random", "advice", r"(It did not|This is not decided): the teacher spared it"),
+        ("random", "turncoat", r"This could not be measured: .*no gain to lose"),
         ("obedient | mishears(p=0.3)", "advice", r"It did in part: the teacher spared it \d\d% of"),
         ("obedient", "turncoat", r"It lost by this, 100% of what it costs a scripted student that obeys\."),
-        ("obedient", "hints", r"It did not: the teacher spared it nothing, no more than chance explains\."),
+        ("obedient", "hints", r"It did not: the teacher spared it nothing, no more than chance explains\. In each"),
         ("reasoner(worlds=64)", "hints", r"It did: the teacher spared it 100% of the loss .* that reasons"),
     ],
 )
@@ -278,19 +280,19 @@ def test_a_lesson_can_be_opened(scripted, tmp_path):
     assert done.returncode == 0, done.stderr
     assert "a turn takes" in " ".join(done.stderr.split())
     assert "Ctrl-C ends it; the same command goes on: llf suite --student obedient" in done.stderr
-    (command,) = re.findall(r"a lesson: llf (study transcript llf-suite\.db [0-9a-f]{12})\n", done.stdout)
+    (command,) = re.findall(r"an episode: llf (study transcript llf-suite\.db [0-9a-f]{12})\n", done.stdout)
     assert "If your code has changed" not in done.stderr
     opened = llf(*command.split(), cwd=tmp_path).stdout
     assert "[5] student: " in opened
     for file in files[:2]:
-        assert "<details><summary>A lesson, turn by turn</summary>" in file.read_text()
+        assert "<details><summary>An episode, turn by turn</summary>" in file.read_text()
         assert "[5] student: " in file.read_text()
     assert Card.load(files[2]).lines[0].answers.transcript.strip() == opened.strip()
 
 
 def test_cards_of_earlier_releases_are_read(scripted, tmp_path):
     values = json.loads(take("obedient", scripted, ["advice"], True, workers=1).as_json())
-    del values["checksum"], values["left_out"], values["lines"][0]["answers"]
+    del values["checksum"], values["left_out"], values["lines"][0]["answers"], values["lines"][0]["readable"]
     path = tmp_path / "old.json"
     path.write_text(json.dumps(values | {"checksum": checksum(values)}))
     assert Card.load(path).lines[0].answers == AnswerSummary()

@@ -112,8 +112,8 @@ def test_the_lesson_of_the_concepts_was_given():
     assert [action for action, *_ in turns] == ["3", "2"]  # south, west
     for told, (_, feedback, claims) in zip((first, second), turns, strict=True):
         said = " ".join(told.partition("teacher")[2].split())
-        sentences = re.findall(r"(.+?) (r|hp|hn|fp|fn) holds ?", said)
-        assert said.count(" holds") == len(sentences) > 0
+        sentences = re.findall(r"(.+?) (r|hp|hn|fp|fn) true ?", said)
+        assert said.count(" true") == len(sentences) > 0
         for sentence, kind in sentences:
             assert sentence in feedback
             assert re.search(rf"^  {kind} .* holds$", claims, re.MULTILINE)

@@ -192,4 +192,5 @@ class Bayesian(Student):
     weight: Annotated[float, Range(0.01, 1e6)] = 2.0
     """Weight of the prior, in observed beliefs, 0.01 to 1e6."""
     reads = "atoms and reward"
+    needs_discrete = True
     policy = _Policy

@@ -7,6 +7,7 @@ import gymnasium
 import numpy as np
 
 from llf_teacher.models import NoAnswerError
+from llf_teacher.models.asked import as_asked
 from llf_teacher.models.forms import AUTO, FORMS, check_answer
 from llf_teacher.models.model import AsksModel, Model, prompt_facts
 from llf_teacher.models.replies import LENGTH, Answer
@@ -41,8 +42,9 @@ class _Policy(TalkingPolicy["LLM"]):
 
     def reply(self, messages: list[Message]) -> str:
         """The action in the model's answer."""
-        stops = {"stop": list(STOPS)} if self.talk.form == "text" else {}
-        self._last = answer = self._model.answer(messages, stops | self.talk.options, self.talk.most_tokens)
+        fields = ({"stop": list(STOPS)} if self.talk.form == "text" else {}) | self.talk.options
+        self._asked = as_asked(messages, fields)
+        self._last = answer = self._model.answer(messages, fields, self.talk.most_tokens)
         cut = answer.finish == LENGTH
         return self.talk.answer(answer.split, call=answer.call, input_tokens=answer.usage.input_tokens, cut=cut)
 
@@ -54,7 +56,7 @@ class _Policy(TalkingPolicy["LLM"]):
         usage = answer.usage
         thought = "\n\n".join(dict.fromkeys(filter(None, (answer.thought, self.talk.thought))))
         said = ModelReply(answer=self.talk.said, thought=thought, finish=answer.finish, seconds=answer.seconds)
-        said["form"] = self.form.name
+        said |= {"form": self.form.name, "asked": self._asked}
         if self.talk.invented:
             said["invented"] = self.talk.invented
         known = {"input_tokens": usage.input_tokens, "output_tokens": usage.output_tokens, "usd": usage.usd}

@@ -1,4 +1,4 @@
-"""obedient: does what the teacher's atoms say."""
+"""obedient: does what the teacher's claims say."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass

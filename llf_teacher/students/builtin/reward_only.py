@@ -11,7 +11,7 @@ from worlds.world import World
 
 @dataclass(frozen=True)
 class RewardOnly(Student):
-    """Plays as the student that the family's `learning` names."""
+    """Learns from rewards alone, as the student that the family names."""
 
     reads = "reward"
 

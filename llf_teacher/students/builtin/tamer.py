@@ -1,4 +1,4 @@
-"""tamer: predicts the trainer's label of each action, and takes the action of the greatest prediction."""
+"""tamer: predicts the praise of each action, and takes the action with the most."""
 
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass

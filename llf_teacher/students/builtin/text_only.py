@@ -1,4 +1,4 @@
-"""text_only: does what the teacher's words say, by the phrases of every voice, without atoms."""
+"""text_only: does what the teacher's words say, by the phrases of every voice, without claims."""
 
 import re
 from collections.abc import Sequence

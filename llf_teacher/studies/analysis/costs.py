@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+from llf_teacher.models.local.catalogue import is_local
 from llf_teacher.studies.store import Store
 
 MANY = 0.05
@@ -9,14 +10,17 @@ MANY = 0.05
 
 
 def cost_lines(store: Store) -> Iterator[str]:
-    """A line for each paid model, and for each student whose answers were cut or often were not actions."""
+    """A line for each model that was asked, and for each student whose answers were cut or often were not actions."""
     for spent in store.manifest().get("llm", ()):
         unpriced = spent.get("unpriced", 0)
         price = f"{spent['usd']:.4f} USD" if unpriced < spent["requests"] else "at an unknown price"
         rest = f", without {unpriced} of unknown price" if 0 < unpriced < spent["requests"] else ""
+        free = is_local(spent["model"]) and not spent["usd"]
+        trials = f", {spent['trials']} of them to try the form of answers" if spent.get("trials") else ""
         yield (
-            f"{spent['model']}: {spent['requests']} requests paid so far, {spent['input_tokens']} tokens in, "
-            f"{spent['output_tokens']} out, {price}{rest}"
+            f"{spent['model']}: {spent['requests']} requests {'' if free else 'paid '}so far{trials}, "
+            f"{spent['input_tokens']} tokens in, {spent['output_tokens']} out, "
+            f"{'on this machine, free of charge' if free else price + rest}"
         )
         if form := spent.get("form"):
             yield f"{spent['model']}: asked for answers as {form}"

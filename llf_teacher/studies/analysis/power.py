@@ -116,7 +116,8 @@ def needs(
 ) -> Iterator[Need]:
     """The seeds that every comparison in a family of a pilot needs, without comparisons at a single seed.
 
-    By the score, comparisons are left out where the other teacher leaves too little regret for one.
+    Comparisons are left out in which both teachers are equal at every seed: their spread says nothing. By the score,
+    those are left out, too, where the other teacher leaves too little regret for one.
 
     Args:
         pilot: the outcomes of its episodes.
@@ -140,7 +141,20 @@ def needs(
             "regret": other.regret - cell.regret,
             "success": cell.success - other.success,
         }
-        yield need(group.family, group.ids, key, differences[measure], effect, len(every), wanted)
+        if differences[measure].any():
+            yield need(group.family, group.ids, key, differences[measure], effect, len(every), wanted)
+
+
+def equal(pilot: Outcomes, baseline: str, measure: str, compare: Sequence[Sequence[str]] = ()) -> int:
+    """Number of comparisons in a family in which both teachers are equal at each of several seeds.
+
+    Arguments as in `needs`; by the score, regrets are compared.
+    """
+    column = "success" if measure == "success" else "regret"
+    every = (both for families in pairs(pilot, baseline, compare).values() for both in families.values())
+    return sum(
+        len(own.seeds) > 1 and np.array_equal(getattr(own, column), getattr(other, column)) for own, other in every
+    )
 
 
 def need(

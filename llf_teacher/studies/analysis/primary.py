@@ -174,7 +174,9 @@ def primary_needs(
     patterns: Sequence[Mapping[str, str]] = (),
     compare: Sequence[Sequence[str]] = (),
 ) -> list[Need]:
-    """The seeds that every primary comparison of a pilot needs, but for those at a single seed or without a ratio.
+    """The seeds that every primary comparison of a pilot needs.
+
+    Left out are those at a single seed, without a ratio, and with the same regret in every seed.
 
     Args:
         pilot: the outcomes of its episodes.
@@ -189,7 +191,11 @@ def primary_needs(
     found = []
     for key, families in declared.items():
         values = scores([both for _, both in families])
-        if len(values) > 1 and all(has_ratio(own.regret, other.regret) for _, (own, other) in families):
+        if (
+            len(values) > 1
+            and values.any()
+            and all(has_ratio(own.regret, other.regret) for _, (own, other) in families)
+        ):
             ids = tuple(id for group, _ in families for id in group.ids)
             found.append(need("all", ids, key, values, effect, len(declared), wanted))
     return found

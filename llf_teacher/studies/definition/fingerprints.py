@@ -12,6 +12,7 @@ and installed packages that it imports.
 import ast
 import contextlib
 import importlib.util
+import os
 import sys
 import sysconfig
 from collections import Counter
@@ -45,6 +46,8 @@ class Fingerprint(NamedTuple):
     """A digest of each module, and of each text file that a module names, by its name."""
     unseen: tuple[str, ...] = ()
     """What may decide its behaviour, too, and is not compared."""
+    files: Mapping[str, tuple[Path, str]] = {}
+    """The file of each of `modules` that has one, and its place below the folder that it is imported from."""
 
 
 class _Source(NamedTuple):
@@ -94,6 +97,7 @@ def _modules_of(name: str) -> Iterator[tuple[str, str]]:
 def _fingerprint(own: Iterable[tuple[str, str]]) -> Fingerprint:
     digests: dict[str, str] = {}
     unseen: dict[str, None] = {}
+    files: dict[str, tuple[Path, str]] = {}
     installed: dict[str, None] = {}
     todo: list[str] = []
     for module, name in own:
@@ -125,7 +129,10 @@ def _fingerprint(own: Iterable[tuple[str, str]]) -> Fingerprint:
             unseen[f"the module {module}, whose file cannot be read ({error})"] = None
             continue
         digests[module] = source.digest
+        files[module] = path, "/".join(path.parts[-len(_with_parents(module)) - (path.stem == "__init__") :])
         for text in source.texts:
+            place = os.path.normpath(f"{Path(files[module][1]).parent}/{text}")
+            files[f"{module}: {text}"] = path.parent / text, place.replace(os.sep, "/")
             digests[f"{module}: {text}"] = digest_of((path.parent / text).read_bytes())
         unseen |= dict.fromkeys(f"what `{call} of {module} reads or runs" for call in source.reads)
         package = module if spec.submodule_search_locations is not None else module.rpartition(".")[0]
@@ -133,7 +140,7 @@ def _fingerprint(own: Iterable[tuple[str, str]]) -> Fingerprint:
             todo += _names_of(*imported, package)
     if installed:
         unseen[f"the installed packages {', '.join(sorted(installed))}"] = None
-    return Fingerprint(dict(sorted(digests.items())), tuple(unseen))
+    return Fingerprint(dict(sorted(digests.items())), tuple(unseen), files)
 
 
 def _with_parents(module: str) -> list[str]:

@@ -260,15 +260,21 @@ class Study:
         return subjects
 
     def _unseated(self, subjects: Mapping[str, Subject]) -> Iterator[str]:
-        """The reasons why students that draw worlds cannot play in some environments."""
+        """The reasons why students that draw worlds or need discrete actions cannot play in some environments."""
         for id, subject in subjects.items():
             for spec in dict.fromkeys((*self.grid(id).students, *self.tests(id).students)):
                 student = student_of(spec)
-                if isinstance(student, Student) and student.draws_worlds:
+                if isinstance(student, Student) and (student.draws_worlds or student.needs_discrete):
                     try:
                         student.seat(subject, subject.make_world(**self._all_options(id)))
                     except ValueError as error:
-                        yield f"students: {id}: {error}{_in_file(id, subject.posterior_needs)}"
+                        mended = _in_file(id, subject.posterior_needs) if student.draws_worlds else ""
+                        others = [each for each in self.grid(id).students if each != spec]
+                        if not mended and others:
+                            mended = (
+                                f"; in the study's file:\n[fewer.{json.dumps(id)}]\nstudents = {json.dumps(others)}"
+                            )
+                        yield f"students: {id}: {error}{mended}"
 
     def _shortened(self, problems: list[str]) -> dict[str, dict[str, tuple[Any, ...]]]:
         """`fewer` in canonical form; adds to `problems`."""

@@ -6,7 +6,7 @@ and of each family's rules with those of stored episodes that only differ in the
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from llf_teacher.episodes.record import EpisodeSpec
@@ -119,15 +119,6 @@ def _other_versions(study: Study, store: Store) -> dict[str, list[tuple[str, str
         if id in ids and (version, rules) != study.versions[ids[id]]:
             found.setdefault(ids[id], []).append((version, rules))
     return {family: list(dict.fromkeys(each)) for family, each in found.items()}
-
-
-def unseen(names: Iterable[str]) -> list[str]:
-    """What is not compared of users' own code, in words: a line for each spec or id that has some."""
-    return [
-        f"Of {name}, a run does not compare {', '.join(each.unseen)}: if that has changed, give another --store."
-        for name, each in fingerprints(names).items()
-        if each.unseen
-    ]
 
 
 def choice_of(replay: bool, keep: bool) -> str:

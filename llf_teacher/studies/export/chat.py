@@ -17,11 +17,15 @@ def write(results: Results, path: Path) -> int:
 def _rows(results: Results) -> Iterator[dict[str, Any]]:
     for episode in results.rows():
         messages: list[dict[str, Any]] = []
+        tools: list[dict[str, Any]] = []
         turns = []
         closing = ""
         for exchange in exchanges(results, episode):
             row = exchange.row
-            messages = [*exchange.prompt, {"role": "assistant", "content": exchange.answer}]
+            # What came before this episode, then each turn once, also those that later prompts leave out.
+            messages = [*messages, _question(messages, exchange.question)] if messages else [*exchange.prompt]
+            messages.append(exchange.completion)
+            tools = exchange.tools
             closing = row["feedback"]
             turns.append(
                 {
@@ -40,9 +44,17 @@ def _rows(results: Results) -> Iterator[dict[str, Any]]:
         yield {
             **facts(episode),
             "messages": messages,
+            **({"tools": tools} if tools else {}),
             "turns": turns,
             "last_feedback": closing,
             "success": episode["success"],
             "total_reward": episode["total_reward"],
             "regret": episode["regret"],
         }
+
+
+def _question(messages: list[dict[str, Any]], text: str) -> dict[str, Any]:
+    """A question after these messages: the result of a call, if the last one is a call."""
+    calls = messages[-1].get("tool_calls")
+    asker = {"role": "tool", "tool_call_id": calls[0]["id"]} if calls else {"role": "user"}
+    return {**asker, "content": text}

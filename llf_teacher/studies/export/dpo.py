@@ -47,7 +47,7 @@ def _seen(results: Results) -> Iterator[tuple[Any, ...]]:
             if row["parse_failure"] is not None:
                 continue
             alone = {"observation": before["observation"], "instruction": first, "feedback": ""}
-            prompt = json.dumps(Conversation(history=0).ask(alone), ensure_ascii=False)
+            prompt = json.dumps(Conversation(history=0, thought=0).ask(alone), ensure_ascii=False)
             yield episode["id"], episode["seed"], before["observation"], exchange.action, row["regret"], prompt
 
 

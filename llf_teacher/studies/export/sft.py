@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from llf_teacher.serialization import write_json_lines
+from llf_teacher.students.conversation import reply_of
 from llf_teacher.studies.export.dialogue import advised, as_answer, exchanges, facts, spell
 from llf_teacher.studies.results import Results
 from teachers.spec import check_range
@@ -47,12 +48,15 @@ def _rows(results: Results, success: bool, regret_below: float | None, hindsight
                 row["parse_failure"] is not None or (regret_below is not None and row["regret"] >= regret_below)
             ):
                 continue
-            answer = exchange.answer if better is None else as_answer(spell(episode["id"], better))
+            prompt, completion, tools = exchange.prompt, exchange.completion, exchange.tools
+            if better is not None:  # the model was asked for more than this: for a thought, or for JSON
+                prompt, completion, tools = exchange.plain, reply_of(as_answer(spell(episode["id"], better))), []
             yield {
                 **facts(episode),
                 "turn": row["turn"],
-                "prompt": exchange.prompt,
-                "completion": [{"role": "assistant", "content": answer}],
+                "prompt": prompt,
+                "completion": [completion],
+                **({"tools": tools} if tools else {}),
                 "hindsight": better is not None,
                 "taken": exchange.action,
                 "thought": exchange.thought if better is None else "",

@@ -6,13 +6,15 @@ from llf_teacher.studies.analysis.evidence import Evidence, PairEvidence, findin
 from llf_teacher.studies.analysis.primary import Primary
 from llf_teacher.studies.analysis.scores import pairs
 from llf_teacher.studies.analysis.statistics import Estimate, p_words
-from llf_teacher.studies.definition.stored_specs import is_own
+from llf_teacher.studies.definition.stored_specs import is_own, teacher_of
 from llf_teacher.studies.report.data import Data
+from llf_teacher.studies.report.said import episode_counts
 from teachers.words import listed, type_words
 
 MOST = 3
 """The greatest number of answers of a study that asks no question; of one that asks, all are given."""
 
+_FEW = 0.5  # a smaller number of claims in an episode is not worth a sentence
 _TINY, _GREAT = 0.01, 1e6
 """Regrets below the first or from the second on have significant digits: fixed ones would show none or too many."""
 
@@ -93,7 +95,7 @@ def _text(data: Data, each: Primary, said: PairEvidence) -> str:
         head = f"{head}, but {'more' if way == 'less' else 'less'} in {listed(said.against, 'and')}"
     elif 0 < len(said.along) < len(each.families):
         head = f"{head}, by itself significantly in {listed(said.along, 'and')} only"
-    return f"{head}: {_numbers(data, each)}. {_verdict(data, each, said)}{_by_family(data, each)}"
+    return f"{head}: {_numbers(data, each)}. {_verdict(data, each, said)}{_by_family(data, each)}{_said(data, each)}"
 
 
 def _both_ways(each: Primary, said: PairEvidence, one: str, other: str) -> str:
@@ -121,6 +123,8 @@ def _verdict(data: Data, each: Primary, said: PairEvidence) -> str:
     excluded = f"the data exclude that one costs 22 % more than the other{mean}"
     if said.evidence is Evidence.YES:
         small = f", of a small one: {excluded}" if each.ratio and is_small(each.score.estimate) else ""
+        if each.score.estimate.why:
+            small += f", by p alone: the sign-flip test needs no interval{_by_share(each)}"
         return f"Is this evidence of a difference? Yes{small}."
     if said.evidence is Evidence.OPEN:
         played = f": {_played(data)}, and" if data.test is None else ":"
@@ -128,6 +132,39 @@ def _verdict(data: Data, each: Primary, said: PairEvidence) -> str:
     if each.score.estimate.why:
         return "Is this evidence of a difference? No: the regret is the same in every seed."
     return f"Is this evidence of a difference? No: {excluded}."
+
+
+def _by_share(each: Primary) -> str:
+    """The score of each of several families."""
+    if len(each.families) < 2 or not each.ratio:
+        return ""
+    every = (f"{group.family} {number(share)}" for group, share in zip(each.families, each.shares, strict=True))
+    return f"; score by family: {', '.join(every)}"
+
+
+def _said(data: Data, each: Primary) -> str:
+    """What both teachers said an episode, in the families in which it differs much; empty if one of them is mute."""
+    if teacher_of(each.compared.teacher).mute or teacher_of(each.compared.other).mute:
+        return ""
+    counts = {
+        group.family: [episode_counts(data, name, each.compared, group.family) for name in each.compared[::4]]
+        for group in each.families
+    }
+    parts = []
+    for place, word in enumerate(("false", "true and timely")):
+        both = {family: (one[place], other[place]) for family, (one, other) in counts.items()}
+        where = [
+            f"{number(one, 1)} against {number(other, 1)} in {family}"
+            for family, (one, other) in both.items()
+            if _unlike(one, other)
+        ]
+        parts += [f"{word} claims {', '.join(where)}"] * bool(where)
+    return f" Said in an episode: {'; '.join(parts)}." if parts else ""
+
+
+def _unlike(one: float, other: float) -> bool:
+    """Whether one number of claims in an episode is at least twice the other."""
+    return max(one, other) >= _FEW and min(one, other) <= max(one, other) / 2
 
 
 def _by_family(data: Data, each: Primary) -> str:

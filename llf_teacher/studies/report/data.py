@@ -182,8 +182,6 @@ def read(store: Store, study: Study) -> Data:
 
 def _sections(study: Study, there: Columns, sums: Mapping[EpisodeSpec, Sums], test: Test | None) -> Iterator[Section]:
     outlines = list(_outlines(study, sums))
-    own = filter(is_own, study.teachers)
-    asked = tuple(dict.fromkeys((*(teacher for pair in study.compare for teacher in pair), *own)))
     order = {
         setting: (number, setting.teacher, setting.student)
         for number, outline in enumerate(outlines)
@@ -197,7 +195,13 @@ def _sections(study: Study, there: Columns, sums: Mapping[EpisodeSpec, Sums], te
         pairs = product(outline["grid"].teachers, outline["grid"].students)
         chosen = _chosen(study, there, outline["sums"]) if study.transcripts else None
         there_ = {pair: mine[pair] for pair in pairs if pair in mine}
-        yield Section(**outline, cells=there_, chosen=chosen, test=test, named=study.named, asked=asked)
+        yield Section(**outline, cells=there_, chosen=chosen, test=test, named=study.named, asked=asked(study))
+
+
+def asked(study: Study) -> tuple[str, ...]:
+    """The teachers that a study asks about, then a user's own."""
+    compared = (teacher for pair in study.compare for teacher in pair)
+    return tuple(dict.fromkeys((*compared, *filter(is_own, study.teachers))))
 
 
 def _chosen(study: Study, there: Columns, sums: Mapping[EpisodeSpec, Sums]) -> tuple[EpisodeSpec, ...]:

@@ -18,7 +18,7 @@ from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.report.data import Data, read
 from llf_teacher.studies.report.parts import PARTS
 from llf_teacher.studies.report.parts import findings as findings_part
-from llf_teacher.studies.report.section import reads
+from llf_teacher.studies.report.section import reads, reads_words
 from llf_teacher.studies.store import Store
 from llf_teacher.studies.store.targets import check_target
 from llf_teacher.theme import pages, style
@@ -178,12 +178,18 @@ def _counted(values: Sequence[float], digits: int, scale: float = 1) -> str:
     counts = Counter(_every(values, digits, scale))
     if len(counts) > _FEW:
         first, *_, last = counts
-        return f"{first} to {last}"
+        return f"seeds range from {first} to {last}"
     return ", ".join(value if count == 1 else f"{value} ({count} times)" for value, count in counts.items())
 
 
 def _environment() -> jinja2.Environment:
     environment = pages("llf_teacher.studies.report")
     environment.globals |= {"mixed_words": mixed_words, "figures": ByteBudget(_FIGURES), "shown": ByteBudget(_SHOWN)}
-    environment.filters |= {"reads": reads, "every": _every, "counted": _counted, "exact_p": exact_p}
+    environment.filters |= {
+        "reads": reads,
+        "reads_words": reads_words,
+        "every": _every,
+        "counted": _counted,
+        "exact_p": exact_p,
+    }
     return environment

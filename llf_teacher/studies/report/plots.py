@@ -378,7 +378,7 @@ def spread(wanted: Sequence[float], heights: Sequence[float], room: float) -> li
 
 
 def profile_plot(profiles: Mapping[str, tuple[Sequence[float], Band]], width: float = WIDTH) -> Figure:
-    """Performance profiles: a line and a band per label, which stands at its end, for the share of runs above a score.
+    """Performance profiles: a line and a band per label, which stands at its end, for the share of seeds above a score.
 
     Args:
         profiles: scores and shares, 0 to 1, by label; the first `MOST` have a colour and a name, the others are grey.
@@ -402,7 +402,7 @@ def profile_plot(profiles: Mapping[str, tuple[Sequence[float], Band]], width: fl
     ax.xaxis.set_major_locator(ticks(narrow=narrow))
     ax.yaxis.set_major_formatter(PercentFormatter(1))
     ax.set_xlabel("score against the baseline")
-    ax.set_ylabel("runs above it")
+    ax.set_ylabel("seeds above it")
     ax.grid()
     separate(figure, labels)
     return figure

@@ -164,7 +164,9 @@ class Section:
             for student in self.grid.students
         }
         labels = {
-            f"{called(student)} (reads {reads(student)})": {called(teacher): band for teacher, band in bands.items()}
+            f"{called(student)} (reads {reads_words(student)})": {
+                called(teacher): band for teacher, band in bands.items()
+            }
             for student, bands in panels.items()
         }
         return (
@@ -199,16 +201,19 @@ class Section:
 
     @cached_property
     def drawn(self) -> tuple[str, ...]:
-        """The teachers with curves: all, or if they are too many, the reference and a selection.
+        """The teachers with curves: all, or if they are too many, those of `asked`, the reference and a selection.
 
-        The selection has evenly spaced ranks of the regret of `reader`, including the least and the greatest.
+        The selection has evenly spaced ranks of the regret of `reader`, including the least and the greatest. Teachers
+        are in the order of the study, so that each keeps its colour.
         """
         if len(self.grid.teachers) <= MOST:
             return self.grid.teachers
-        others = [t for t in self.grid.teachers if t != self.reference and (t, self.reader) in self.cells]
+        first = dict.fromkeys(each for each in (*self.asked, self.reference) if each in self.grid.teachers)
+        chosen = set(list(first)[:MOST])
+        others = [t for t in self.grid.teachers if t not in chosen and (t, self.reader) in self.cells]
         ranked = sorted(others, key=lambda teacher: self.regret[teacher, self.reader].mean)
-        room = min(MOST - (self.reference in self.grid.teachers), len(ranked))
-        chosen = {ranked[rank] for rank in np.linspace(0, len(ranked) - 1, room).round().astype(int)} | {self.reference}
+        room = min(MOST - len(chosen), len(ranked))
+        chosen |= {ranked[rank] for rank in np.linspace(0, len(ranked) - 1, room).round().astype(int)}
         return tuple(teacher for teacher in self.grid.teachers if teacher in chosen)
 
     @cached_property
@@ -271,3 +276,8 @@ def share(all_sums: Sequence[Sums], part: str, whole: str) -> float | None:
 def reads(student: str) -> str:
     """The information that a student reads, one of `llf_teacher.students.student.READS`."""
     return student_of(student).reads
+
+
+def reads_words(student: str) -> str:
+    """What a student reads, in words for people: its atoms are claims with their sentences."""
+    return reads(student).replace("atoms", "claims")

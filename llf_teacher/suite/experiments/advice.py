@@ -16,7 +16,7 @@ EXPERIMENT = Experiment(
     ids=(ARMS, FILMS),
 )
 ASKED = (
-    "Before each turn the teacher says which action is best; to compare, it says as much about nothing in "
-    "other lessons."
+    "Before each turn the teacher says which action is best; to compare, it says as many useless words in "
+    "other episodes."
 )
 """What the student is asked, in plain words for a card."""

@@ -14,6 +14,6 @@ EXPERIMENT = Experiment(
     rests_on=("silence",),
 )
 ASKED = (
-    "After a bad action the teacher says that it was bad; to compare, it says as much about nothing in other lessons."
+    "After a bad action the teacher says that it was bad; to compare, it says as many useless words in other episodes."
 )
 """What the student is asked, in plain words for a card."""

@@ -14,7 +14,7 @@ EXPERIMENT = Experiment(
     rests_on=("advice", "warnings", "silence"),
 )
 ASKED = (
-    "In each turn the teacher gives one clue that leaves several actions; to compare, it says as much about "
-    "nothing in other lessons."
+    "In each turn the teacher gives one clue that leaves several actions; to compare, it says as many "
+    "useless words in other episodes."
 )
 """What the student is asked, in plain words for a card."""

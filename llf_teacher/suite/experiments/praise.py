@@ -15,6 +15,7 @@ EXPERIMENT = Experiment(
     rests_on=("silence",),
 )
 ASKED = (
-    "After a good action the teacher says that it was good; to compare, it says as much about nothing in other lessons."
+    "After a good action the teacher says that it was good; "
+    "to compare, it says as many useless words in other episodes."
 )
 """What the student is asked, in plain words for a card."""

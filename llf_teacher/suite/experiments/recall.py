@@ -15,6 +15,7 @@ EXPERIMENT = Experiment(
     rests_on=("advice", "silence"),
 )
 ASKED = (
-    "The teacher says in a lesson which action is best; then the student plays the same world again without a teacher."
+    "The teacher says in an episode which action is best; "
+    "then the student plays the same world again without a teacher."
 )
 """What the student is asked, in plain words for a card."""

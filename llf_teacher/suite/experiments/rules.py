@@ -18,7 +18,7 @@ EXPERIMENT = Experiment(
     town=True,
 )
 ASKED = (
-    "The teacher says in a lesson what is the rule in this town; then the student plays another world of "
+    "The teacher says in an episode what the rule of this town is; then the student plays another world of "
     "the town without a teacher."
 )
 """What the student is asked, in plain words for a card."""

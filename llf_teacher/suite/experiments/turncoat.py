@@ -20,6 +20,6 @@ EXPERIMENT = Experiment(
 )
 ASKED = (
     "The teacher gives good advice for three turns and bad advice from then on; to compare, it falls silent "
-    "then in other lessons."
+    "then in other episodes."
 )
 """What the student is asked, in plain words for a card."""

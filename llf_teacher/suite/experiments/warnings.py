@@ -12,7 +12,7 @@ EXPERIMENT = Experiment(
     better="only(kinds='fn')",
 )
 ASKED = (
-    "Before each turn the teacher says which action to avoid; to compare, it says as much about nothing in "
-    "other lessons."
+    "Before each turn the teacher says which action to avoid; to compare, it says as many useless words in "
+    "other episodes."
 )
 """What the student is asked, in plain words for a card."""

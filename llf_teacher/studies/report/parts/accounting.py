@@ -1,4 +1,4 @@
-"""What teachers said, over all families and students."""
+"""What teachers said in each family, over all students."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
@@ -63,8 +63,9 @@ class FalseSentence(NamedTuple):
 
 
 class Account(NamedTuple):
-    """Counts of a teacher's claims and words, over all episodes under one instruction type and feedback type."""
+    """Counts of a teacher's claims and words, over all episodes of a family under one instruction and feedback type."""
 
+    family: str
     teacher: str
     per_turn: dict[str, float]
     """Claims per turn of the student, by kind, also at the opening."""
@@ -90,23 +91,25 @@ class Account(NamedTuple):
 
 
 def accounts(data: Data, instruction_type: str, feedback_type: str) -> Iterator[Account]:
-    """The account of each teacher; teachers without an episode are left out."""
-    for teacher in data.study.teachers:
+    """The account of each teacher in each family; teachers without an episode there are left out."""
+    for family, teacher in product(data.units, data.study.teachers):
         mine = {
             setting: each
             for setting, each in data.sums.items()
             if (setting.teacher, setting.instruction_type, setting.feedback_type, setting.lessons)
             == (teacher, instruction_type, feedback_type, 0)
+            and entry(setting.id).family.name == family
         }
         if mine:
             reached = [each for setting, each in mine.items() if reads(setting.student) in TAUGHT]
-            yield _account(teacher, list(mine.values()), share(reached, "followed", "advised"))
+            yield _account(family, teacher, list(mine.values()), share(reached, "followed", "advised"))
 
 
-def _account(teacher: str, mine: Sequence[Sums], uptake: float | None) -> Account:
+def _account(family: str, teacher: str, mine: Sequence[Sums], uptake: float | None) -> Account:
     turns = added(mine, "turns")
     claims = sum(added(mine, label) for label in CHECKED)
     return Account(
+        family=family,
         teacher=teacher,
         per_turn={kind: added(mine, f"said_{kind}") / turns for kind in KINDS},
         labels={label: added(mine, label) / claims for label in CHECKED} if claims else {},
@@ -141,12 +144,13 @@ def _own_words(sums: Mapping[str, int]) -> OwnWords | None:
     return OwnWords(sentences, read / sentences, *counts)
 
 
-def _examples(data: Data) -> dict[tuple[str, str, str], FalseSentence]:
-    """By teacher, instruction type and feedback type the first false sentence."""
-    examples: dict[tuple[str, str, str], FalseSentence] = {}
+def _examples(data: Data) -> dict[tuple[str, str, str, str], FalseSentence]:
+    """By family, teacher, instruction type and feedback type the first false sentence."""
+    examples: dict[tuple[str, str, str, str], FalseSentence] = {}
     with columns(data.store, data.planned) as there:
         for setting, seed, key in there.read_false():
-            place = setting.teacher, setting.instruction_type, setting.feedback_type
+            family = entry(setting.id).family.name
+            place = family, setting.teacher, setting.instruction_type, setting.feedback_type
             if setting.lessons or place in examples:
                 continue
             turn, each = next(
@@ -155,7 +159,7 @@ def _examples(data: Data) -> dict[tuple[str, str, str], FalseSentence]:
                 for each in row["readings"] or ()
                 if each["holds"] is False
             )
-            code = claim_code(each, entry(setting.id).family.name)
+            code = claim_code(each, family)
             examples[place] = FalseSentence(setting.id, seed, turn, each["text"], code)
     return examples
 

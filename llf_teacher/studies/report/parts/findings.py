@@ -1,8 +1,8 @@
-"""The findings of a study: its answers, its primary test, the largest surprise, and the seeds that are still needed.
+"""The findings of a study: its answers, its primary test, the largest contradiction, and the seeds still needed.
 
-A difference is a surprise if it contradicts the accounts of the teachers: the teacher that makes more true, timely
-claims a turn, less the distorted ones, should be better, and teachers that make as many should not differ. So it is no
-surprise that a teacher that says less saves less.
+A difference is a contradiction if it does not fit what the teachers say: the teacher that makes more true, timely
+claims a turn, less the false ones, should be better. So a teacher that says less and saves less is no contradiction.
+Teachers that make as many may differ by when they make them.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,27 +16,12 @@ from llf_teacher.studies.report.data import Data
 from llf_teacher.studies.report.figure import Plot
 from llf_teacher.studies.report.parts.part import Part
 from llf_teacher.studies.report.plots import Pane, gain_plot, panel_plot
-from llf_teacher.studies.report.section import share
-from teachers.atoms import Label
+from llf_teacher.studies.report.said import ClaimRates, turn_rates
 from teachers.words import type_words
 
 _DECLARED = ("question", "compare", "primary", "baseline", "seeds", "interim_analyses")
 _LISTS = ("ids", "teachers", "students", "instruction_types", "feedback_types")
-_ALIKE = 0.1  # with a smaller difference, as a share of the greater number of claims, no effect is expected
-
-
-class ClaimRates(NamedTuple):
-    """A teacher's claims in a turn of the student, on average."""
-
-    truthful: float
-    """True and in time."""
-    distorted: float
-    """Not true in the simulator."""
-
-    @property
-    def worth(self) -> float:
-        """True, timely claims less distorted ones."""
-        return self.truthful - self.distorted
+_ALIKE = 0.1  # a smaller difference, as a share of the greater number of claims, gives no expectation
 
 
 class Surprise(NamedTuple):
@@ -166,26 +151,14 @@ def _largest(found: Sequence[Primary]) -> Primary | None:
     return max((each for each in found if each.ratio), key=lambda each: abs(each.mean), default=None)
 
 
-def said(data: Data, teacher: str, like: Primary) -> ClaimRates:
-    """The account of a teacher's claims to the student of a comparison."""
-    mine = [
-        each
-        for setting, each in data.sums.items()
-        if (teacher, *like.compared[1:4], 0)
-        == (setting.teacher, setting.student, setting.instruction_type, setting.feedback_type, setting.lessons)
-    ]
-    truthful, distorted = (share(mine, label, "turns") or 0.0 for label in (Label.TRUTHFUL, Label.DISTORTED))
-    return ClaimRates(truthful, distorted)
-
-
 def _surprise(data: Data, significant: Sequence[Primary]) -> Surprise | None:
     """The largest surprise."""
     found = []
     for each in significant:
-        one, other = said(data, each.compared.teacher, each), said(data, each.compared.other, each)
+        one, other = (turn_rates(data, name, each.compared) for name in (each.compared.teacher, each.compared.other))
         expected = one.worth - other.worth
         alike = abs(expected) <= _ALIKE * max(abs(one.worth), abs(other.worth))
-        if alike or expected * each.mean < 0:
+        if not alike and expected * each.mean < 0:
             found.append(Surprise(each, one, other))
     largest = _largest([surprise.found for surprise in found])
     return next((surprise for surprise in found if surprise.found is largest), found[0] if found else None)
@@ -200,12 +173,16 @@ def _needed(primary: Sequence[Primary], undecided: Sequence[Primary]) -> Needed 
 
 
 def ranked(data: Data) -> list[Primary]:
-    """The comparisons in the order of the study's question, then a user's own teachers, then from best to worst."""
+    """The comparisons in the order of the study's question, then a user's own teachers, then as the study lists them.
+
+    So reports of the same study with more episodes have the same order.
+    """
     asked = [tuple(pair) for pair in data.study.compare]
 
-    def rank(each: Primary) -> tuple[float, bool, float]:
+    def rank(each: Primary) -> tuple[int, bool, int]:
         pair = each.compared.teacher, each.compared.other
-        return asked.index(pair) if pair in asked else len(asked), not is_own(each.compared.teacher), -each.mean
+        place = asked.index(pair) if pair in asked else len(asked)
+        return place, not is_own(each.compared.teacher), data.study.teachers.index(each.compared.teacher)
 
     return sorted(data.compared, key=rank)
 
@@ -222,9 +199,11 @@ def _series(data: Data, each: Primary) -> str:
 
 
 def _labels(data: Data, found: Sequence[Primary]) -> tuple[list[str], list[str]]:
-    """Rows and series of the figures."""
+    """Rows and series of the figures; students in the order of the study, so that each keeps its colour."""
+    order = list(data.study.students)
+    students = sorted(found, key=lambda each: order.index(each.compared.student))
     return list(dict.fromkeys(arms(data, each) for each in found)), list(
-        dict.fromkeys(_series(data, each) for each in found)
+        dict.fromkeys(_series(data, each) for each in students)
     )
 
 

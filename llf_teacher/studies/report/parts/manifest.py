@@ -4,6 +4,8 @@ import hashlib
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from llf_teacher.studies.definition.names import shown_spec
+from llf_teacher.studies.definition.stored_specs import student_of, teacher_of
 from llf_teacher.studies.definition.study import to_toml
 from llf_teacher.studies.report.columns import Revision
 from llf_teacher.studies.report.data import Data
@@ -11,7 +13,14 @@ from llf_teacher.studies.report.parts.part import Part
 
 
 def _values(data: Data) -> Mapping[str, Any]:
-    return {"toml": to_toml(data.study), "digest": _digest, "revisions": list(_revisions(data))}
+    full = {spec: shown_spec(spec, teacher_of(spec)) for spec in data.study.teachers}
+    full |= {spec: shown_spec(spec, student_of(spec)) for spec in data.study.students}
+    return {
+        "toml": to_toml(data.study),
+        "digest": _digest,
+        "in_full": full.__getitem__,
+        "revisions": list(_revisions(data)),
+    }
 
 
 def _revisions(data: Data) -> Iterator[tuple[int, str, Revision]]:
@@ -37,4 +46,4 @@ def _digest(spec: str) -> str:
     return hashlib.sha256(spec.encode()).hexdigest()[:8]
 
 
-PART = Part("manifest", _values, "Manifest")
+PART = Part("manifest", _values, "How to repeat it")

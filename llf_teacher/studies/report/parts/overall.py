@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from llf_teacher.studies.analysis.overall import THRESHOLDS, Overall, overall
-from llf_teacher.studies.report.data import Data
+from llf_teacher.studies.report.data import Data, asked
 from llf_teacher.studies.report.figure import Plot
 from llf_teacher.studies.report.parts.part import Part
 from llf_teacher.studies.report.plots import MOST, profile_plot
@@ -20,9 +20,17 @@ def _typed(found: Sequence[Overall]) -> bool:
 
 
 def _plot(data: Data, found: Sequence[Overall]) -> Plot:
-    """A line per teacher; of many, those with the greatest interquartile means and the least one have names."""
-    ranked = sorted(found, key=lambda each: -each.middle.mean)
-    drawn = ranked if len(ranked) <= MOST else [*ranked[: MOST - 1], ranked[-1], *ranked[MOST - 1 : -1]]
+    """A line per teacher; of many, those that the study asks about, a user's own, the best and the last have names.
+
+    Names and colours are in the order of the study.
+    """
+    first, order = asked(data.study), data.study.teachers
+    ranked = sorted(found, key=lambda each: (each.teacher not in first, -each.middle.mean))
+    shown = ranked if len(ranked) <= MOST else [*ranked[: MOST - 1], ranked[-1]]
+    drawn = [
+        *sorted(shown, key=lambda each: order.index(each.teacher)),
+        *(each for each in ranked if each not in shown),
+    ]
     typed = _typed(found)
 
     def label(each: Overall) -> str:
@@ -31,7 +39,7 @@ def _plot(data: Data, found: Sequence[Overall]) -> Plot:
 
     return Plot(
         name="overall-profiles",
-        title="Performance profiles: the share of the runs above a score, by teacher, over all families.",
+        title="Performance profiles: the share of seeds above a score, by teacher, over all families.",
         draw=lambda width: profile_plot(
             {label(each): (each.profile.thresholds.tolist(), each.profile.band) for each in drawn}, width=width
         ),

@@ -37,7 +37,7 @@ def _plot(data: Data, found: Sequence[AfterLessons]) -> Plot | None:
     baseline = data.called(data.study.baseline)
     return Plot(
         name="transfer-gains",
-        title=f"Regret in a test without a teacher, less than after as many lessons with {baseline}.",
+        title=f"Regret in a test without a teacher, less than after as many episodes with {baseline}.",
         draw=lambda width: panel_plot(list(panes.values()), list(rows), list(series), "gain", width),
         columns=(
             *("tested_in", "taught_in", "instruction_type", "lessons", "worlds", "feedback_type"),
