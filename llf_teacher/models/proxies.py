@@ -29,9 +29,13 @@ def check_proxies(base_url: str) -> None:
     """Check that the client can use the proxies in the environment. No message shows the user and password of one.
 
     Raises:
-        ValueError: a proxy is of an unknown kind, or needs a package that is not installed.
+        ValueError: a proxy is no address, is of an unknown kind, or needs a package that is not installed.
     """
     for name, proxy in {} if passes_proxies(base_url) else _proxies().items():
+        try:
+            _ = proxy.port
+        except ValueError as error:
+            raise ValueError(f"{_of(name, proxy)} is no address: {error}; correct or unset it") from None
         if proxy.scheme not in _SCHEMES:
             raise ValueError(f"{_of(name, proxy)} must begin with one of {', '.join(_SCHEMES)}; correct or unset it")
         if proxy.scheme.startswith("socks") and find_spec("socksio") is None:
@@ -63,10 +67,23 @@ def reach_proxy(base_url: str) -> None:
 
 def _proxies() -> dict[str, SplitResult]:
     found = {name: getproxies().get(name) for name in ("http", "https", "all")}
-    return {name: urlsplit(url if "://" in url else f"http://{url}") for name, url in found.items() if url}
+    return {name: _parts(name, url if "://" in url else f"http://{url}") for name, url in found.items() if url}
+
+
+def _parts(name: str, url: str) -> SplitResult:
+    try:
+        parts = urlsplit(url)
+        if "@" not in f"{parts.path}{parts.query}{parts.fragment}":
+            return parts
+        problem = "a user or password has one of /, ? and #, which are written %2F, %3F and %23"
+    except ValueError:  # the message may quote the password
+        problem = "its host is malformed"
+    raise ValueError(f"the proxy ({_variables(name)}) is no address: {problem}; correct or unset it")
 
 
 def _of(name: str, proxy: SplitResult) -> str:
-    variables = [each for each in os.environ if each.lower() == f"{name}_proxy"]
-    place = proxy.netloc.rpartition("@")[2]
-    return f"the proxy {proxy.scheme}://{place} ({', '.join(variables) or 'of this system'})"
+    return f"the proxy {proxy.scheme}://{proxy.netloc.rpartition('@')[2]} ({_variables(name)})"
+
+
+def _variables(name: str) -> str:
+    return ", ".join(each for each in os.environ if each.lower() == f"{name}_proxy") or "of this system"

@@ -244,7 +244,12 @@ PROXIES = {
         {"HTTP_PROXY": "nonsense://h"},
         r"the proxy nonsense://h \(HTTP_PROXY\) must begin with one of http, https,",
     ),
-    "no port": ({"HTTP_PROXY": "http://h:port"}, r"the proxy http://h:port \(HTTP_PROXY\) cannot be reached"),
+    "no port": (
+        {"HTTP_PROXY": "http://h:port"},
+        r"the proxy http://h:port \(HTTP_PROXY\) is no address: Port could not",
+    ),
+    "no host": ({"HTTP_PROXY": "http://[::1"}, r"the proxy \(HTTP_PROXY\) is no address: its host is malformed"),
+    "a slash": ({"HTTP_PROXY": "http://u:secret/word@h:1"}, r"the proxy \(HTTP_PROXY\) is no address: a user or pass"),
 }
 
 
