@@ -344,7 +344,7 @@ def test_audits_take_options():
             (
                 "'part' has a value of class object",
                 "rewards       with oracle='rewards'",
-                "missing       a teacher who plans",
+                "missing       a teacher that plans",
             ),
         ),
         ("Windy", 0, ("rules         Windy overrides step, so that rules known of BlackjackEnv may not hold",)),

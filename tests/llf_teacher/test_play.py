@@ -62,11 +62,11 @@ def test_an_honest_teacher_said_nothing_false():
     assert re.search(r"\nNone of the \d+ checked sentences was false\.\n\Z", out)
 
 
-def test_what_is_not_judged_is_counted():
+def test_what_is_not_checked_is_counted():
     command = (GRID, "--seat", "teacher", "--own-words", "--seed", "7", "--max-turns", "2")
     out = " ".join(play(*command, text="\nNow head south.\nHm.\n").split())
     assert out.endswith(
-        "1 of the 6 checked sentences was false. Not judged: 1; words that are not read, and hedges, are neither true "
+        "1 of the 6 checked sentences was false. Not checked: 1; words that are not read, and hedges, are neither true "
         "nor false. turn 1, advice: Now head south."
     )
 
