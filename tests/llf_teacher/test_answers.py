@@ -369,6 +369,17 @@ def test_an_answer_says_where_one_side_said_nothing_of_its_kind(tmp_path):
     assert rows == [(name, family) for family in ("bandits", "gridworld") for name in (f"{OWN}(after=2)", "mix")]
 
 
+def test_of_many_families_an_answer_says_the_mean_of_what_was_said(tmp_path):
+    ids = [GRID, BANDIT, "llf-reco-movie-v0"]
+    means = {(name, id): 4.0 for name in (OWN, "mix") for id in ids}
+    planted = Planted("", means, one(OWN, "mix", evidence=""), {"ids": ids})
+    study = planted.made()
+    counts = {(OWN, GRID): (0, 5), (OWN, BANDIT): (1, 5), (OWN, ids[2]): (2, 5)} | {("mix", id): (6, 5) for id in ids}
+    with Store(filled(tmp_path / "s.db", with_claims(planted.records(study), counts))) as store:
+        (answer,) = answers(read(store, study))
+    assert answer.text.endswith(" Said in an episode: false claims 1.0 against 6.0 on average in 3 of 3 families.")
+
+
 def test_against_a_silent_teacher_nothing_is_said_about_claims(tmp_path):
     planted = Planted("", {OWN: 4.0, "silent": 8.0}, one(OWN, "silent", evidence=""))
     study = planted.made()

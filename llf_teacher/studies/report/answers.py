@@ -2,6 +2,8 @@
 
 from typing import NamedTuple, cast
 
+import numpy as np
+
 from llf_teacher.studies.analysis.evidence import Evidence, PairEvidence, finding, is_small
 from llf_teacher.studies.analysis.primary import Primary
 from llf_teacher.studies.analysis.scores import pairs
@@ -15,6 +17,7 @@ MOST = 3
 """The greatest number of answers of a study that asks no question; of one that asks, all are given."""
 
 _FEW = 0.5  # a smaller number of claims in an episode is not worth a sentence
+_NAMED = 2  # families that are named each; of more the mean is said
 _TINY, _GREAT = 0.01, 1e6
 """Regrets below the first or from the second on have significant digits: fixed ones would show none or too many."""
 
@@ -143,7 +146,7 @@ def _by_share(each: Primary) -> str:
 
 
 def _said(data: Data, each: Primary) -> str:
-    """What both teachers said an episode, in the families in which it differs much; empty if one of them is mute."""
+    """What both teachers said an episode in the families in which it differs much, or means; empty if one is mute."""
     if teacher_of(each.compared.teacher).mute or teacher_of(each.compared.other).mute:
         return ""
     counts = {
@@ -153,11 +156,12 @@ def _said(data: Data, each: Primary) -> str:
     parts = []
     for place, word in enumerate(("false", "true and timely")):
         both = {family: (one[place], other[place]) for family, (one, other) in counts.items()}
-        where = [
-            f"{number(one, 1)} against {number(other, 1)} in {family}"
-            for family, (one, other) in both.items()
-            if _unlike(one, other)
-        ]
+        unlike = {family: pair for family, pair in both.items() if _unlike(*pair)}
+        if len(unlike) > _NAMED:
+            means = (number(float(np.mean(side)), 1) for side in zip(*unlike.values(), strict=True))
+            where = [f"{' against '.join(means)} on average in {len(unlike)} of {len(both)} families"]
+        else:
+            where = [f"{number(one, 1)} against {number(other, 1)} in {name}" for name, (one, other) in unlike.items()]
         parts += [f"{word} claims {', '.join(where)}"] * bool(where)
     return f" Said in an episode: {'; '.join(parts)}." if parts else ""
 
