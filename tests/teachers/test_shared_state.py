@@ -1,5 +1,6 @@
 """Environments with state outside of their attributes: a teacher that plans never changes its student's world."""
 
+import contextvars
 import os
 import sys
 import warnings
@@ -14,6 +15,7 @@ from pz_envs.lesson import SharedStateWarning
 from teachers.planning import Exact, Expert, PlanningError
 from teachers.planning.planner import RewardsOnlyWarning
 from teachers.reward_oracle import RewardOracle
+from worlds.wrapped.generators import parts
 from worlds.wrapped.shared import SharedState
 
 _ROW = """
@@ -704,3 +706,21 @@ def test_a_proof_against_the_plan_ends_it(oracle, text):
     for seed in (0, 1):
         said = [*seat.reset(seed=seed)[1]["atoms"], *seat.step("1" if text else 1)[-1]["atoms"]]
         assert not any(hasattr(atom.claim, "action") for atom in said), said
+
+
+class Slotted:
+    __slots__ = ("slot",)
+
+
+class Shadowing(Slotted):
+    """Like some classes of asynchronous frameworks: the slot of its base is empty, and an attribute has its name."""
+
+    slot = 3
+
+
+def test_an_empty_slot_behind_an_attribute_of_its_name_holds_nothing():
+    assert 3 not in [*parts(Shadowing())]
+    context = contextvars.ContextVar("context")
+    context.set(Shadowing())
+    env = gymnasium.make("FrozenLake-v1", is_slippery=False)
+    assert not SharedState(env, []).changed()

@@ -172,10 +172,18 @@ def _reader(cls: type) -> Callable[[Any], Iterable[Any] | None]:
         return lambda whole: getattr(whole, "__dict__", {}).values()
 
     def read(whole: Any) -> Iterable[Any]:
-        held = [slot.__get__(whole, cls) for slot in slots if hasattr(whole, slot.__name__)]
+        held = [value for slot in slots if (value := _in_slot(slot, whole)) is not slot]
         return chain(getattr(whole, "__dict__", {}).values(), held, inner(whole) if inner else ())
 
     return read
+
+
+def _in_slot(slot: MemberDescriptorType, whole: Any) -> Any:
+    """The content of a slot; the slot itself if it is empty, also where a subclass has an attribute of its name."""
+    try:
+        return slot.__get__(whole, type(whole))
+    except AttributeError:
+        return slot
 
 
 def _inside(cell: Any) -> Any:
