@@ -2,9 +2,7 @@
 
 import json
 import re
-import tomllib
 from dataclasses import replace
-from importlib import resources
 from pathlib import Path
 from pkgutil import iter_modules
 
@@ -350,13 +348,6 @@ def test_the_actions_of_every_environment_are_said():
     assert actions_of(quick=True) == {ARMS: "the number of an arm, 0 to 9"}
     assert {*actions_of()} == {id for each in all_experiments().values() for id in each.ids}
     assert actions_of(["silence"])[FILMS].startswith("a JSON list")
-
-
-def test_the_page_lists_the_wordings_of_the_range_of_arms():
-    page = Path(__file__).parents[2].joinpath("docs", "suite.md").read_text()
-    phrases = tomllib.loads(resources.files("teachers.phrases").joinpath("bandits.toml").read_text())
-    for wording in phrases["plain"]["Answer"]:
-        assert f"- {wording.format(last=9)}\n" in page
 
 
 def test_a_student_that_draws_worlds_is_left_out_where_it_cannot(store):

@@ -8,6 +8,7 @@ import shlex
 import shutil
 import tomllib
 from collections import Counter
+from importlib import resources
 
 import pytest
 from commands import llf
@@ -340,3 +341,10 @@ def test_the_page_on_films_tells_the_numbers_of_the_catalogue():
     assert f"empty for {sum(entry.certificate is None for entry in entries)} films" in text
     for source, count in Counter(entry.source for entry in entries).items():
         assert f"| {source} | {count:,} |" in text
+
+
+def test_the_suites_page_lists_the_wordings_of_the_range_of_arms():
+    page = (ROOT / "docs" / "suite.md").read_text("utf-8")
+    phrases = tomllib.loads(resources.files("teachers.phrases").joinpath("bandits.toml").read_text("utf-8"))
+    for wording in phrases["plain"]["Answer"]:
+        assert f"- {wording.format(last=9)}\n" in page
