@@ -27,17 +27,17 @@ and answers.
 
 **Seeds.** Training seed k is town k, its own houses, and its own adapter and draws: k = 0, 1, 2 (and 3, 4, with five
 seeds); laws: cellar, kitchen, library, hall, bathroom. All signals of a seed share the town, the houses and the tests.
-Tests are 100 houses from seed 10,000,000 on, in the fourth paraphrase of each claim and the voice `curt`; training has
-the first three paraphrases and the voice `plain`. Learning rates are the defaults below, or those that `--tune` chooses
-in town 6 (attic), which no judged run plays: for each signal the one of a half, one and two defaults with the greatest
-success in 50 houses of that town after half of the updates, and the smaller one of equals. The default of SFT is
-of two pilots of (b) in that town, one run each: at 1e-3, without acting, 0.32 of 50 houses after 8 updates and 0.84
-after 16; at 5e-4 0.43 of 30 houses after 12.
+Tests are 100 houses from seed 10,000,000 on (the first 50 of them along the way), in the fourth paraphrase of each
+claim and the voice `curt`; training has the first three paraphrases and the voice `plain`. Learning rates are the
+defaults below, or those that `--tune` chooses in town 6 (attic), which no judged run plays: for each signal the one of
+a half, one and two defaults with the greatest success in 50 houses of that town after half of the updates, and the
+smaller one of equals. The default of SFT is of two pilots of (b) in that town, one run each: at 1e-3, without acting,
+0.32 of 50 houses after 8 updates and 0.84 after 16; at 5e-4 0.43 of 30 houses after 12.
 
-**Size.** 36 updates of 32 environment steps. On a core of an Intel Xeon, with one thread, SmolLM2-135M acts at 212 and
-learns at 103 to 124 tokens a second, with two threads on two quiet cores it learns at 215; an update of (b) takes 57 s
-of a core and 10,300 tokens. A run with its tests is about 45 minutes of a core, so that (a), (b), (d) and (f) with 3
-seeds are about 9 hours of a core, or 4.5 hours of two. Signals beyond these four get fewer seeds where time is short,
+**Size.** 18 updates of 32 environment steps: the same pilots found 0.84 with (b) after 16. On a core of an Intel Xeon,
+with one thread, SmolLM2-135M acts at 240 to 340 and learns at 100 to 150 tokens a second; an update of (b) takes 57 s
+of a core and 10,300 tokens. A run with its tests is about 25 minutes of a core, so that (a), (b), (d) and (f) with 3
+seeds are about 5 hours of a core, or 2.5 hours of two. Signals beyond these four get fewer seeds where time is short,
 which the table then says.
 
 **Primary outcome.** The share of test houses in which the treasure is found, without feedback in the prompt, by greedy
@@ -51,7 +51,7 @@ words lose to rewards.
 
 **Secondary, without a verdict.** (b) minus (e): what the truth of words is worth. The share of test houses in which the
 model does what advice in its prompt says, in the held-out voice; and that share in families that it was never trained
-in: bandits, movies, ALFWorld, 40 worlds each, before and after. Environment steps, tokens and CPU minutes.
+in: bandits, movies, ALFWorld, 24 worlds each, before and after. Environment steps, tokens and CPU minutes.
 """
 
 import argparse
@@ -89,12 +89,12 @@ from llf_teacher.studies.store.store_lock import lock_store
 if TYPE_CHECKING:
     from word_training import Learner
 
-UPDATES, STEPS_OF_UPDATE, TESTS = 36, 32, 4
+UPDATES, STEPS_OF_UPDATE, TESTS = 18, 32, 3
 """Updates of a run, environment steps of an update, and number of tests along the way, the last at the end."""
 START, FORMAT = 3, "f"
 """Updates at the beginning of each run that teach the format alone, and the signal that they have."""
-WORLDS, ELSEWHERE = 100, 40
-"""Worlds of a test in the trained family, and in each other one."""
+WORLDS, ELSEWHERE = 100, 24
+"""Worlds of the last test in the trained family, twice as many as of those along the way, and in each other one."""
 TUNING_TOWN, TUNING_WORLDS, FACTORS = 6, 50, (0.5, 1.0, 2.0)
 FAMILY = "gridworld"
 WORDS = "bcd"
@@ -234,7 +234,8 @@ class Run:
     def _test(self, learner: "Learner", update: int) -> None:
         """Greedy answers in the worlds of the test; with advice and elsewhere only before training and at its end."""
         last = self.signal == BASE or update == self.settings["updates"]
-        self._tests(learner, update, last, "alone", self.town, self.settings["worlds"])
+        count = self.settings["worlds"]
+        self._tests(learner, update, last, "alone", self.town, count if last else -(-count // 2))
         if last:
             self._tests(learner, update, last, "advised", self.town, self.settings["worlds"])
             for name in PLACES:
@@ -463,7 +464,7 @@ def pilot(learner: "Learner", out: Path, letters: Sequence[str], seeds: int, set
     """Measure an update of each signal and a small test, and say how long all runs take."""
     few = 5
     total, lines = 0.0, []
-    tests = (min(TESTS, settings["updates"]) * settings["worlds"] + settings["worlds"]) / few
+    tests = ((min(TESTS, settings["updates"]) - 1) / 2 + 2) * settings["worlds"] / few
     measured = {**settings, "updates": 2, "format": 1, "worlds": few, "elsewhere": 0}
     for letter in letters:
         with tempfile.TemporaryDirectory(dir=out) as folder:
@@ -492,6 +493,7 @@ def tune(learner: "Learner", out: Path, letters: Sequence[str], settings: Mappin
             rate = settings["rates"][letter] * factor
             short = {
                 "updates": max(1, settings["updates"] // 2),
+                "worlds": TUNING_WORLDS,
                 "elsewhere": 0,
                 "rates": {**settings["rates"], letter: rate},
             }
