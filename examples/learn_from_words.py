@@ -61,6 +61,7 @@ import tempfile
 import time
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -114,6 +115,9 @@ def number(*parts: Any) -> int:
 
 class Run:
     """A signal with a training seed: its folder, rows and checkpoints."""
+
+    advised = True
+    """Whether the last test is also played with advice in the prompt."""
 
     def __init__(self, out: Path, signal: str, seed: int, settings: Mapping[str, Any], town: int | None = None) -> None:
         self.signal, self.seed, self.settings = signal, seed, settings
@@ -172,11 +176,28 @@ class Run:
 
     def _update(self, learner: "Learner", update: int) -> str:
         """Act and learn; returns a line about it."""
+        learner.seed(number("update", self.seed, update))
+        began, cpu, tokens = time.perf_counter(), time.process_time(), learner.tokens
+        rows, learned = self._learn(learner, update)
+        found = np.mean([row["success"] for row in rows])
+        last = {
+            "kind": "update",
+            "update": update,
+            "steps": len(rows),
+            "examples": learned.examples,
+            "loss": learned.loss,
+            "tokens": learner.tokens - tokens,
+            "seconds": round(time.perf_counter() - began, 2),
+            "cpu": round(time.process_time() - cpu, 2),
+        }
+        self.rows.add([*rows, last])
+        return f"found {found:.2f}, loss {'-' if learned.loss is None else f'{learned.loss:.3f}'}"
+
+    def _learn(self, learner: "Learner", update: int) -> tuple[list[dict[str, Any]], Any]:
+        """The rows of an update's environment steps, and what the learner says of it."""
         letter = FORMAT if update < self.settings["format"] else self.signal
         signal = SIGNALS[letter]
         learner.set_rate(self.settings["rates"][letter])
-        learner.seed(number("update", self.seed, update))
-        began, cpu, tokens = time.perf_counter(), time.process_time(), learner.tokens
         count = self.settings["steps"] // signal.group
         # The signals without groups see the same worlds as those with groups, and more of them.
         seeds = self.town.seeds(self.first(update), count)
@@ -194,22 +215,7 @@ class Run:
             rng = np.random.default_rng([self.seed, update])
             made = examples(letter, self.town, steps, rng)
             learned = learner.learn(signal.trainer, made, number("learn", self.seed, update))
-        rows = [row_of(step, "step", update) for step in steps]
-        rows.append(
-            {
-                "kind": "update",
-                "update": update,
-                "steps": len(steps),
-                "examples": learned.examples,
-                "loss": learned.loss,
-                "tokens": learner.tokens - tokens,
-                "seconds": round(time.perf_counter() - began, 2),
-                "cpu": round(time.process_time() - cpu, 2),
-            }
-        )
-        self.rows.add(rows)
-        found = np.mean([step.success for step in steps])
-        return f"found {found:.2f}, loss {'-' if learned.loss is None else f'{learned.loss:.3f}'}"
+        return [row_of(step, "step", update) for step in steps], learned
 
     def first(self, update: int) -> int:
         """Where the worlds of an update begin, so far apart that no update repeats one."""
@@ -236,7 +242,7 @@ class Run:
         last = self.signal == BASE or update == self.settings["updates"]
         count = self.settings["worlds"]
         self._tests(learner, update, last, "alone", self.town, count if last else -(-count // 2))
-        if last:
+        if last and self.advised:
             self._tests(learner, update, last, "advised", self.town, self.settings["worlds"])
             for name in PLACES:
                 if name != self.town.name and self.settings["elsewhere"]:
@@ -275,12 +281,12 @@ def finished(rows: Sequence[Mapping[str, Any]]) -> bool:
     return bool(rows) and rows[-1]["kind"] == "end"
 
 
-def results(out: Path) -> dict[str, dict[int, list[dict[str, Any]]]]:
+def results(out: Path, signals: Sequence[str] = (BASE, *SIGNALS)) -> dict[str, dict[int, list[dict[str, Any]]]]:
     """The stored rows of the finished runs, by signal and training seed."""
     found: dict[str, dict[int, list[dict[str, Any]]]] = defaultdict(dict)
     for folder in sorted(out.glob("*-*")):
         signal, _, seed = folder.name.rpartition("-")
-        if (signal in SIGNALS or signal == BASE) and seed.isdecimal():
+        if signal in signals and seed.isdecimal():
             rows = Rows(folder / "rows.jsonl").read()
             if finished(rows):
                 found[signal][int(seed)] = rows
@@ -313,14 +319,14 @@ def table(out: Path) -> list[str]:
     for letter in (BASE, *SIGNALS):
         if letter in runs:
             lines.append(" | ".join(_cells(letter, runs[letter], family, elsewhere)))
-    lines += [*_references(runs, family), "", *verdicts(runs)]
+    lines += [*references(runs, family), "", *verdicts(runs)]
     return lines
 
 
 def _cells(letter: str, runs: Mapping[int, list[dict[str, Any]]], family: str, elsewhere: Sequence[str]) -> list[str]:
     def mean(field: str, **where: Any) -> str:
         values = [share(rows, field, last=True, **where) for rows in runs.values()]
-        return _interval([value for value in values if value is not None])
+        return interval_of([value for value in values if value is not None])
 
     updates = [row for rows in runs.values() for row in rows if row["kind"] == "update"]
     failed = [
@@ -341,7 +347,7 @@ def _cells(letter: str, runs: Mapping[int, list[dict[str, Any]]], family: str, e
     ]
 
 
-def _interval(values: Sequence[float]) -> str:
+def interval_of(values: Sequence[float]) -> str:
     """The mean over training seeds with its interval, where there are enough."""
     if not values:
         return "-"
@@ -349,7 +355,7 @@ def _interval(values: Sequence[float]) -> str:
     return f"{mean:.2f}" if len(values) < 2 else f"{mean:.2f} ({low:.2f} to {high:.2f})"
 
 
-def _references(runs: Mapping[str, Mapping[int, list[dict[str, Any]]]], family: str) -> list[str]:
+def references(runs: Mapping[str, Mapping[int, list[dict[str, Any]]]], family: str) -> list[str]:
     """Success without a teacher in the very worlds of the tests, as further lines of the table."""
     found = []
     for seed, rows in sorted({seed: rows for each in runs.values() for seed, rows in each.items()}.items()):
@@ -403,26 +409,36 @@ def p_greater(ours: Sequence[float], theirs: Sequence[float]) -> float:
 
 def draw(out: Path, plot: Path) -> None:
     """The share of test houses in which the treasure is found without feedback, by updates, with 95 % intervals."""
+    settings = json.loads(next(out.glob("*-*/settings.json")).read_text("utf-8"))
+    titles = {letter: f"({letter}) {signal.title}" for letter, signal in SIGNALS.items()}
+    draw_curves(results(out), titles, f"updates, each by {settings['steps']} environment steps", plot)
+
+
+def draw_curves(
+    runs: Mapping[str, Mapping[int, list[dict[str, Any]]]], titles: Mapping[str, str], along: str, plot: Path
+) -> None:
+    """Draw the curves of runs by name and training seed.
+
+    Args:
+        runs: as of `results`.
+        titles: of the names, in the order of the legend.
+        along: what the updates are.
+        plot: the file.
+    """
     import matplotlib.pyplot as plt
 
-    runs = results(out)
     figure, axes = plt.subplots(figsize=(7, 4), layout="constrained")
-    for letter in [each for each in SIGNALS if each in runs]:
+    for name in [each for each in titles if each in runs]:
         curves = []
-        for seed, rows in runs[letter].items():
+        for seed, rows in runs[name].items():
             before = {0: share(runs[BASE][seed], "success", test="alone")} if seed in runs.get(BASE, {}) else {}
             updates = sorted({row["update"] for row in rows if row["kind"] == "test"})
             curves.append(before | {each: share(rows, "success", test="alone", update=each) for each in updates})
         updates = sorted(curves[0])
         bands = [interval([curve[each] for curve in curves]) for each in updates]
-        (line,) = axes.plot(
-            updates, [each[0] for each in bands], marker=".", label=f"({letter}) {SIGNALS[letter].title}"
-        )
+        (line,) = axes.plot(updates, [each[0] for each in bands], marker=".", label=titles[name])
         axes.fill_between(updates, *zip(*(each[1:] for each in bands), strict=True), color=line.get_color(), alpha=0.15)
-    settings = json.loads(next(out.glob("*-*/settings.json")).read_text("utf-8"))
-    axes.set(
-        xlabel=f"updates, each by {settings['steps']} environment steps", ylabel="found without feedback", ylim=(0, 1)
-    )
+    axes.set(xlabel=along, ylabel="found without feedback", ylim=(0, 1))
     axes.legend(frameon=False)
     figure.savefig(plot, dpi=110)
     plt.close(figure)
@@ -460,20 +476,27 @@ def transcripts(out: Path) -> list[str]:
     return lines
 
 
-def pilot(learner: "Learner", out: Path, letters: Sequence[str], seeds: int, settings: Mapping[str, Any]) -> list[str]:
+def pilot(
+    learner: "Learner",
+    out: Path,
+    letters: Sequence[str],
+    seeds: int,
+    settings: Mapping[str, Any],
+    kind: type[Run] = Run,
+) -> list[str]:
     """Measure an update of each signal and a small test, and say how long all runs take."""
-    few = 5
+    few, ends = 5, 1 + kind.advised
     total, lines = 0.0, []
-    tests = ((min(TESTS, settings["updates"]) - 1) / 2 + 2) * settings["worlds"] / few
+    tests = ((min(TESTS, settings["updates"]) - 1) / 2 + ends) * settings["worlds"] / few
     measured = {**settings, "updates": 2, "format": 1, "worlds": few, "elsewhere": 0}
     for letter in letters:
         with tempfile.TemporaryDirectory(dir=out) as folder:
-            run = Run(Path(folder), letter, 0, measured)
+            run = kind(Path(folder), letter, 0, measured)
             began = time.perf_counter()
             run.go(learner)
             whole = time.perf_counter() - began
             start, row = [row for row in run.rows.read() if row["kind"] == "update"]
-        testing = (whole - start["seconds"] - row["seconds"]) / 3  # of `few` worlds
+        testing = (whole - start["seconds"] - row["seconds"]) / (1 + ends)  # of `few` worlds
         seconds = settings["updates"] * row["seconds"] + tests * testing
         total += seconds * seeds
         speed = row["tokens"] / row["seconds"]
@@ -540,19 +563,8 @@ def _work(options: argparse.Namespace, console: Console) -> None:
     settings = {name: getattr(options, name) for name in names} | {"rates": rates}
     learner = Learner(options.model, options.device, options.dtype, options.max_prompt)
     with Progress(console=console, disable=not console.is_terminal) as bars:
-
-        def progress(title: str, updates: int) -> Callable[[int, str], None]:
-            bar = bars.add_task(title, total=updates)
-
-            def step(update: int, said: str) -> None:
-                bars.update(bar, completed=update, description=f"{title}: {said}")
-                if not console.is_terminal:
-                    console.print(f"{title}, update {update} of {updates}: {said}")
-
-            return step
-
         if options.tune:
-            tune(learner, options.out, letters, settings, progress)
+            tune(learner, options.out, letters, settings, partial(follow, bars))
             console.print(f"chosen: {(options.out / RATES_FILE).read_text('utf-8')}")
             return
         estimate = options.out / "pilot.txt"
@@ -563,13 +575,29 @@ def _work(options: argparse.Namespace, console: Console) -> None:
             return
         for seed in range(options.seeds):  # seed by seed, so that an early end has all signals of some seeds
             for letter in (BASE, *letters):
-                run = Run(options.out, letter, seed, settings)
-                try:
-                    with lock_store(run.folder):
-                        if not run.done:
-                            run.go(learner, progress(f"({letter}) seed {seed}", options.updates))
-                except StoreError:
-                    console.print(f"({letter}) seed {seed} is being run by another command")
+                play(Run(options.out, letter, seed, settings), learner, f"({letter}) seed {seed}", bars)
+
+
+def play(run: Run, learner: "Learner", title: str, bars: Progress) -> None:
+    """Play a run unless it is done or another command plays it."""
+    try:
+        with lock_store(run.folder):
+            if not run.done:
+                run.go(learner, follow(bars, title, run.settings["updates"]))
+    except StoreError:
+        bars.console.print(f"{title} is being run by another command")
+
+
+def follow(bars: Progress, title: str, updates: int) -> Callable[[int, str], None]:
+    """What shows the progress of a run: it gets the number of updates so far, and a line about the last."""
+    bar = bars.add_task(title, total=updates)
+
+    def step(update: int, said: str) -> None:
+        bars.update(bar, completed=update, description=f"{title}: {said}")
+        if not bars.console.is_terminal:
+            bars.console.print(f"{title}, update {update} of {updates}: {said}")
+
+    return step
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -585,18 +613,23 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--worlds", type=int, default=WORLDS, help="worlds of a test")
     parser.add_argument("--elsewhere", type=int, default=ELSEWHERE, help="worlds of a test in each other family")
     parser.add_argument("--family", default=FAMILY, choices=["gridworld", "bandits"], help="where the model is trained")
-    parser.add_argument(
-        "--model", default="smollm2-135m", help="of `llf models`, a GGUF file, a folder, or a hub's name"
-    )
-    parser.add_argument("--device", default="cpu", help="as in torch: cpu, cuda")
-    parser.add_argument("--dtype", default="float32", choices=["float32", "bfloat16"], help="of the frozen weights")
-    parser.add_argument("--max-prompt", type=int, default=2048, help="most tokens of a prompt")
+    add_model(parser)
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--table", action="store_true", help="print the table of the stored rows, and draw the curve")
     what.add_argument("--transcripts", action="store_true", help="print tests before and after training")
     what.add_argument("--pilot", action="store_true", help="measure, and say how long all runs take")
     what.add_argument("--tune", action="store_true", help="choose learning rates in another town")
     return parser
+
+
+def add_model(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the model."""
+    parser.add_argument(
+        "--model", default="smollm2-135m", help="of `llf models`, a GGUF file, a folder, or a hub's name"
+    )
+    parser.add_argument("--device", default="cpu", help="as in torch: cpu, cuda")
+    parser.add_argument("--dtype", default="float32", choices=["float32", "bfloat16"], help="of the frozen weights")
+    parser.add_argument("--max-prompt", type=int, default=2048, help="most tokens of a prompt")
 
 
 if __name__ == "__main__":

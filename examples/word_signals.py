@@ -333,14 +333,14 @@ def examples(letter: str, town: Town, steps: Sequence[Step], rng: np.random.Gene
     """
     if letter in "be":
         named = [(step, town.advised(step.advice)) for step in steps]
-        return [_imitated(step.prompt, answer) for step, answer in named if answer is not None]
+        return [imitated(step.prompt, answer) for step, answer in named if answer is not None]
     if letter == "c":
         return [*islice(_preferred(town, steps), len(steps) // 2)]
     if letter == "d":
         liked = [step for step in steps if town.praised(step)][: len(steps) // 2]
-        return [_imitated(prompt, step.answer) for step in liked for prompt in (step.heard, step.prompt)]
+        return [imitated(prompt, step.answer) for step in liked for prompt in (step.heard, step.prompt)]
     if letter == "f":
-        return [_imitated(step.prompt, town.random_answer(rng)) for step in steps]
+        return [imitated(step.prompt, town.random_answer(rng)) for step in steps]
     raise ValueError(f"signal must be one of b, c, d, e, f, got {letter!r}; a has no examples")
 
 
@@ -360,7 +360,8 @@ def _preferred(town: Town, steps: Sequence[Step]) -> Iterator[dict[str, Any]]:
             }
 
 
-def _imitated(prompt: list[Message], answer: str) -> dict[str, Any]:
+def imitated(prompt: list[Message], answer: str) -> dict[str, Any]:
+    """The row for SFT of an answer to a prompt."""
     return {"prompt": prompt, "completion": [_said(answer)]}
 
 
