@@ -485,7 +485,10 @@ def _work(options: argparse.Namespace, console: Console) -> list[str]:
     settings = {
         name: getattr(options, name) for name in ("model", "dtype", "updates", "format", "steps", "worlds", "words")
     }
-    settings |= {"family": FAMILY, "rates": {FORMAT: options.rate or RATES["sft"]}}
+    settings |= {"family": FAMILY, "rates": {FORMAT: RATES["sft"] if options.rate is None else options.rate}}
+    for path in options.out.glob("*-*/settings.json"):  # both stages need the same settings
+        name, _, seed = path.parent.name.rpartition("-")
+        Taught(options.out, name, int(seed), settings).check()
     learner = Learner(options.model, options.device, options.dtype, options.max_prompt)
     seeds = STAGES[options.stage]
     if options.pilot:
