@@ -13,7 +13,7 @@ not about this world. Whether it learns to do without the teacher is another que
 
 Twenty seeds were chosen by a pilot of four others (`--pilot`), which decides nothing else.
 
-The cells of `small_models_more.toml`, with three seeds, are exploratory: other kinds of words, words that are always
+The cells of `small_models_more.toml`, with two seeds, are exploratory: other kinds of words, words that are always
 wrong, and three other families. No test is made of them.
 
     python examples/known_results/small_models.py --plot docs/small-models.png --rows docs/small-models.jsonl
