@@ -163,6 +163,9 @@ class Settings:
             check_cost("ask_cost", self.ask_cost)
         if self.budget is not None and not is_count(self.budget):
             raise ValueError(f"budget must be None or an integer of at least 1, got {self.budget!r}")
+        for name in ("max_turns", "budget"):  # one of NumPy may overflow
+            if (count := getattr(self, name)) is not None:
+                object.__setattr__(self, name, int(count))
 
     def with_teacher(self, teacher: "str | Personality | Teacher | Any") -> Self:
         """The same with another teacher."""

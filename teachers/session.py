@@ -114,9 +114,10 @@ class Session:
         read: Read | None = None,
         observer: Observer | None = None,
     ) -> None:
-        self.world, self.teacher, self.max_turns, self.repeated = world, teachers[0], max_turns, repeated
         if not is_count(max_turns):
             raise ValueError(f"max_turns must be an integer of at least 1, got {max_turns!r}")
+        max_turns = int(max_turns)  # one of NumPy would make `truncated` one, too
+        self.world, self.teacher, self.max_turns, self.repeated = world, teachers[0], max_turns, repeated
         budgets = budgets or [Budget(0.0) for _ in teachers]
         if len(budgets) != len(teachers):
             raise ValueError(f"budgets must be one for each of {len(teachers)} teachers, got {len(budgets)}")

@@ -13,7 +13,7 @@ not about this world. Whether it learns to do without the teacher is another que
 
 Twenty seeds were chosen by a pilot of four others (`--pilot`), which decides nothing else.
 
-The cells of `small_models_more.toml`, with five seeds, are exploratory: other kinds of words, words that are always
+The cells of `small_models_more.toml`, with two seeds, are exploratory: other kinds of words, words that are always
 wrong, and three other families. No test is made of them.
 
     python examples/known_results/small_models.py --plot docs/small-models.png --rows docs/small-models.jsonl
@@ -25,8 +25,9 @@ once. `--from docs/small-models.jsonl` prints the same tables without a model.
 import argparse
 import json
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -59,6 +60,8 @@ KEPT = (
     "followed",
     "seconds",
 )
+HABITS = ("again", "same_action", "same_thought")
+"""Counts of an episode: turns but the first, those with the action of the turn before, and with an earlier thought."""
 Rows = list[dict[str, Any]]
 Cells = Mapping[tuple[str, str, str], np.ndarray]
 """Regrets by student, teacher and family, one a seed."""
@@ -128,14 +131,14 @@ def print_power(effects: Mapping[str, list[Effect]]) -> None:
 
 
 def print_answers(study: Study, rows: Rows) -> None:
-    """Print how the models answered: turns, answers that are no action, cut answers, advice that was followed."""
+    """Print how the models answered: no actions, cut answers, advice that was followed, what was done or said again."""
     lines = []
     for student in filter(is_model, study.students):
         for family in sorted({row["family"] for row in rows}):
             mine = [row for row in rows if (row["student"], row["family"]) == (student, family)]
             if not mine:
                 continue
-            total = {name: sum(row[name] or 0 for row in mine) for name in KEPT[5:]}
+            total = {name: sum(row[name] or 0 for row in mine) for name in (*KEPT[5:], *HABITS)}
             advised = f"{total['followed'] / total['advised']:.0%}" if total["advised"] else "-"
             lines.append(
                 [
@@ -145,10 +148,12 @@ def print_answers(study: Study, rows: Rows) -> None:
                     f"{total['parse_failures'] / total['turns']:.1%}",
                     f"{total['truncated'] / total['turns']:.1%}",
                     advised,
+                    *(f"{total[name] / max(1, total['again']):.0%}" for name in HABITS[1:]),
                     f"{total['seconds'] / total['turns']:.1f}",
                 ]
             )
-    print_table(["model", "family", "turns", "no action", "cut", "advice followed", "seconds a turn"], *lines)
+    counts = ["turns", "no action", "cut", "advice followed", "same action", "same thought", "seconds a turn"]
+    print_table(["model", "family", *counts], *lines)
 
 
 def draw(study: Study, cells: Cells, path: Path) -> None:
@@ -177,9 +182,20 @@ def draw(study: Study, cells: Cells, path: Path) -> None:
     figure.savefig(path, dpi=140)
 
 
-def kept(rows: Iterable[Mapping[str, Any]]) -> Rows:
-    """What the tables need of rows."""
-    return [{name: row[name] for name in KEPT} for row in rows]
+def kept(results: Results) -> Rows:
+    """What the tables need of the rows of a store."""
+    rows = results.rows()
+    return [{name: row[name] for name in KEPT} | habits(results.turns(row["key"])[1:]) for row in rows]
+
+
+def habits(turns: Rows) -> dict[str, int]:
+    """The counts of `HABITS`."""
+    actions, thoughts = ([turn[name] for turn in turns] for name in ("action_words", "thought"))
+    return {
+        "again": len(turns) - 1,
+        "same_action": sum(now is not None and now == before for before, now in pairwise(actions)),
+        "same_thought": sum(now is not None and now in thoughts[:place] for place, now in enumerate(thoughts)),
+    }
 
 
 def main() -> None:
@@ -209,6 +225,8 @@ def main() -> None:
     if given.rows:
         given.rows.write_text("".join(f"{json.dumps(row)}\n" for rows in parts for row in rows))
     for number, (study, rows) in enumerate(zip(studies, parts, strict=True)):
+        if not rows:
+            continue
         cells = cells_of(rows)
         print_regrets(study, cells)
         print_answers(study, rows)
@@ -227,15 +245,17 @@ def main() -> None:
 
 def _played(study: Study, store: Path, given: argparse.Namespace) -> Rows:
     if given.no_play:
+        if not store.exists():
+            return []
         with Results(store) as results:
-            return kept(results.rows())
+            return kept(results)
 
     def show(done: int, total: int) -> None:
         print(f"\r{store.name}: {done} of {total} episodes", end="", flush=True)
 
     with run(study, store, workers=given.workers, progress=show) as results:
         print()
-        return kept(results.rows())
+        return kept(results)
 
 
 if __name__ == "__main__":

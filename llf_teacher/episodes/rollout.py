@@ -265,6 +265,8 @@ def _answering(policy: Callable[..., Any] | ChatStudent) -> Callable[[list[list[
     alone = isinstance(policy, ChatStudent) or next(iter(inspect.signature(function).parameters), "") in _ONE
 
     def answer(conversations: list[list[Message]]) -> list[Any]:
+        # The policy gets its own: one that adds its answer to the messages would change the record.
+        conversations = [[{**message} for message in messages] for messages in conversations]
         if alone:
             listed = takes_messages(function)
             prompts = [messages if listed else as_prompt(messages) for messages in conversations]
@@ -273,10 +275,11 @@ def _answering(policy: Callable[..., Any] | ChatStudent) -> Callable[[list[list[
                 if isinstance(each, BaseException) and not _is_of_one_turn(each):
                     raise each
             return said
+        number = len(conversations)
         said = awaited(function(conversations))
-        if not isinstance(said, list | tuple) or len(said) != len(conversations):
+        if not isinstance(said, list | tuple) or len(said) != number:
             raise TypeError(
-                f"policy must return a list of {len(conversations)} texts, one per conversation, got {said!r:.80}; "
+                f"policy must return a list of {number} texts, one per conversation, got {said!r:.80}; "
                 "for a function of one conversation call its parameter `prompt` or `messages`, or use chat_student"
             )
         return list(said)

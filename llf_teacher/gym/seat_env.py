@@ -167,6 +167,9 @@ def _asked_limit() -> int | None:
     """The argument `max_episode_steps` of the call of `gymnasium.make` that makes this environment; None without one.
 
     Gymnasium gives it to a `TimeLimit` around the environment alone, which would cut the teacher's last word off.
+
+    Raises:
+        ValueError: it is True.
     """
     frame = sys._getframe()
     for _ in range(_FRAMES):
@@ -176,5 +179,7 @@ def _asked_limit() -> int | None:
         if frame.f_code is gymnasium.make.__code__:
             given = frame.f_locals["max_episode_steps"]
             limit = frame.f_locals["env_spec"].max_episode_steps if given is None else given
+            if limit is True:  # which is 1 for Gymnasium's own limit, and would cut the lesson without a last word
+                raise ValueError("max_episode_steps must be an integer of at least 1, got True")
             return limit if is_count(limit) else None
     return None

@@ -1,8 +1,10 @@
 """The client: ask a model, through the cache and within the spending limit."""
 
 import asyncio
+import base64
 import importlib.util
 import json
+import math
 import os
 import re
 import threading
@@ -35,6 +37,7 @@ _IMAGE = 10_000  # greatest number of tokens of an image of 512 pixels, beside i
 _UNSENT = ("ConnectError", "ConnectTimeout")  # errors before a request is sent, in all releases of `httpx`
 _SECRET = 8  # minimum length of a key to mask; a shorter one may be in a text by chance
 _NAMED = {"&": ("amp",), "<": ("lt",), ">": ("gt",), '"': ("quot",), "'": ("apos",)}  # characters with names in HTML
+_SAFE = str.maketrans("+/", "-_")  # the two characters that differ in Base64 for addresses
 _WAITS = 300.0  # seconds, more than all pauses between attempts
 _OF_ALL = (401, 402, 403, 404, 408, 409, 429)  # statuses about key, address or time, not about the request
 _LOOK = 5.0  # seconds to ask an endpoint for its models
@@ -323,9 +326,25 @@ class Endpoint:
 
 
 def _written(key: str) -> re.Pattern[str]:
-    """The key, and the forms in which JSON (also JSON within JSON), an address or HTML may escape it."""
-    escaped = r"\\{0,8}"  # bounded, so that the time is linear
-    return re.compile("".join(f"{escaped}(?:{'|'.join(_forms(each))})" for each in key))
+    """The key as JSON (also JSON within JSON), an address or HTML escape it, in Base64, and in hexadecimal digits."""
+    encoded = (*_in_base64(key.encode()), f"(?i:{key.encode().hex()})")
+    return re.compile("|".join(("".join(map(_escaped, key)), *encoded)))
+
+
+def _in_base64(key: bytes) -> Iterator[str]:
+    """Patterns of a key in Base64, also behind other bytes, as in `Basic` of `user:key`."""
+    for before in range(3):
+        text = base64.b64encode(bytes(before) + key).decode()
+        # The characters that other bytes cannot change: each has 6 bits.
+        sure = text[math.ceil(before * 8 / 6) : (before + len(key)) * 8 // 6]
+        for each in dict.fromkeys((sure, sure.translate(_SAFE))):
+            # Letters and digits are not escaped, and a pattern of plain ones is quick.
+            yield "".join(letter if letter.isalnum() else _escaped(letter) for letter in each)
+
+
+def _escaped(letter: str) -> str:
+    """A pattern of a character of ASCII, escaped or not."""
+    return rf"\\{{0,8}}(?:{'|'.join(_forms(letter))})"  # bounded, so that the time is linear
 
 
 def _forms(letter: str) -> tuple[str, ...]:

@@ -64,17 +64,20 @@ def place_of(name: str, environment: Mapping[str, str] = os.environ) -> Address:
 
 
 def checked_url(url: Any, name: str = "base_url") -> str:
-    """Check an endpoint's address and return it without a final slash. No message shows it: it may hold a secret.
+    """Check an endpoint's address; return it without a final slash, its scheme in lower case, as is asked of it later.
+
+    No message shows the address: it may hold a secret.
 
     Raises:
         ValueError: the address is not allowed.
     """
     try:
         parts = urlsplit(url) if isinstance(url, str) else None
+        named = parts is not None and parts.hostname and parts.port != 0  # a port that is none raises
     except ValueError:
-        parts = None
-    if parts is None or parts.scheme not in ("http", "https") or not parts.netloc:
+        parts, named = None, False
+    if parts is None or not named or parts.scheme not in ("http", "https") or not f"{url}".isprintable() or " " in url:
         raise ValueError(f"{name} must be an address such as http://localhost:8000/v1")
     if "@" in parts.netloc or parts.query or parts.fragment:
         raise ValueError(f"{name} must hold no user, password or query: a key goes into {settings.KEY}")
-    return f"{url}".rstrip("/")
+    return f"{parts.scheme}{url[len(parts.scheme) :]}".rstrip("/")

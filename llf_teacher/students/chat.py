@@ -45,7 +45,8 @@ class _Policy(TalkingPolicy["ChatStudent"]):
     def reply(self, messages: list[Message]) -> str:
         self._asked = as_asked(messages)
         function = self.spec.function
-        said = awaited(function(messages if takes_messages(function) else as_prompt(messages)))
+        own = [{**message} for message in messages]  # the function may change them, and the record keeps what it got
+        said = awaited(function(own if takes_messages(function) else as_prompt(messages)))
         if not isinstance(said, str):
             raise TypeError(f"{self.spec} must give a text, got {type(said).__name__} {said!r:.80}")
         self._said = said = storable(said)

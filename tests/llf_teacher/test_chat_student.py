@@ -80,6 +80,27 @@ def test_a_lone_surrogate_loses_no_episode():
     assert pack_turns(played.turns)
 
 
+def test_a_function_may_change_the_messages_that_it_gets():
+    """The record has what it was asked."""
+
+    def plain(messages):
+        return "north"
+
+    def changing(messages):
+        messages[0]["content"] = "Be brief."
+        messages.append({"role": "assistant", "content": "north"})
+        return "north"
+
+    def asked(function):
+        study = Study(
+            ids=["llf-gridworld-v0"], teachers=["oracle"], students=[chat_student(function)], seeds=1, max_turns=3
+        )
+        return [turn.asked for turn in play(next(study.episodes())).turns]
+
+    assert any(asked(plain))
+    assert asked(changing) == asked(plain)
+
+
 def test_a_function_as_it_is(monkeypatch):
     import chat_functions
 

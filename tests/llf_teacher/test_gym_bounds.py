@@ -58,6 +58,25 @@ def test_a_time_limit_shortens_the_lesson_itself(settings, turns):
     assert [each.unwrapped.session.max_turns for each in vector.envs] == [5, 5]
 
 
+@pytest.mark.parametrize("name", [GRID, "teacher/gridworld-v0"])
+def test_true_is_no_number_of_steps(name):
+    """Python counts it as 1, so that Gymnasium's limit cut the lesson after a step whose prompt spoke of 20."""
+    with pytest.raises(ValueError, match="max_episode_steps must be an integer of at least 1, got True"):
+        gymnasium.make(name, max_episode_steps=True)
+    with pytest.raises(ValueError, match="got True"):
+        gymnasium.make_vec(name, num_envs=2, vectorization_mode="sync", max_episode_steps=True)
+
+
+def test_a_number_of_numpy_counts_as_pythons_own():
+    """An `int8` overflowed in the spec, and `truncated` was no `bool`."""
+    env = gymnasium.make("teacher/gridworld-v0", max_turns=np.int8(127), budget=np.int8(3))
+    assert env.spec.max_episode_steps == 128
+    assert {type(getattr(env.unwrapped.settings, name)) for name in ("max_turns", "budget")} == {int}
+    lesson = gymnasium.make(GRID, max_turns=np.uint64(9))
+    lesson.reset(seed=0)
+    assert type(lesson.step(0)[3]) is bool
+
+
 @pytest.mark.parametrize("episodes", [1, 3])
 def test_the_teachers_seat_has_a_step_more_in_each_episode(episodes):
     env = gymnasium.make("teacher/gridworld-v0", max_episode_steps=6 * episodes, episodes=episodes, until_success=False)

@@ -3,6 +3,7 @@
 `LLF_WRITE_FAULTS=1 pytest -n 0 -m full tests/llf_teacher/test_llm_faults.py -k table` writes the table anew.
 """
 
+import base64
 import json
 import os
 import threading
@@ -183,6 +184,32 @@ def test_no_escape_hides_the_key(tmp_path, key):
             found = endpoint(server.url, tmp_path / "c.db").answer(REQUEST)
             assert (found.raw, found.reasoning, found.model) == ("Go ***.?", "***", "***")
     assert not files_with(KEY, tmp_path)
+
+
+ENCODED = {
+    "base64": base64.b64encode(KEY.encode()).decode(),
+    "basic": base64.b64encode(f"user:{KEY}".encode()).decode(),
+    "another user": base64.b64encode(f"us:{KEY}\n".encode()).decode(),
+    "of addresses": base64.urlsafe_b64encode(f"{KEY}?".encode()).decode(),
+    "escaped": base64.b64encode(f"user:{KEY}".encode()).decode().replace("/", "\\/").replace("=", "%3D"),
+    "hex": KEY.encode().hex(),
+    "HEX": KEY.encode().hex().upper(),
+}
+
+
+@pytest.mark.parametrize("text", ENCODED.values(), ids=ENCODED)
+def test_no_encoding_hides_the_key(tmp_path, text):
+    """At most what the bytes beside the key decide of its first and last letters is left."""
+    reply = Reply(body=completion(f"Authorization: Basic {text}"))
+    with ScriptedEndpoint(lambda request: reply) as server:
+        found = endpoint(server.url, tmp_path / "c.db").answer(REQUEST).raw
+        assert "***" in found
+        left = found.removeprefix("Authorization: Basic ").split("***")
+        assert len("".join(left).replace("=", "").replace("%3D", "")) <= 11  # `user:`, and a letter at each end
+    with ScriptedEndpoint(lambda request: error(f"Wrong: {text}", 401)) as server:
+        with pytest.raises(LLMError, match=r"Wrong: .*\*\*\*") as caught:
+            endpoint(server.url).ask(REQUEST)
+        assert text not in f"{caught.value}"
 
 
 @pytest.mark.parametrize("name", ["latin-1", "utf-16"])

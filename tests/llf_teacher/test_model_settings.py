@@ -26,6 +26,9 @@ def _clean(monkeypatch):
         ({"model": 3}, "model must be the name of a model, got 3"),
         ({"base_url": "localhost"}, "base_url must be an address such as http"),
         ({"base_url": "http://h/v1?key=1"}, "base_url must hold no user, password or query"),
+        ({"base_url": "http://h:99999/v1"}, "base_url must be an address such as http"),
+        ({"base_url": "http://user:pass/word@h/v1"}, "base_url must be an address such as http"),
+        ({"base_url": "http://h/v1\n"}, "base_url must be an address such as http"),
         ({"endpoint": "no name"}, "endpoint must be a name of letters"),
         ({"base_url": "http://h/v1", "endpoint": "local"}, "give base_url or endpoint, not both"),
         ({"temperature": "hot"}, "temperature must be a number from 0 to 10, got 'hot'"),
@@ -49,6 +52,11 @@ def test_every_spec_that_asks_a_model_has_the_same_checks(cls, given, message):
 def test_a_rewriter_checks_its_own(given, message):
     with pytest.raises(ValueError, match=message):
         Rewriter(model="m", **given)
+
+
+def test_a_scheme_in_capitals_is_the_same_address():
+    """As one of its own it had no warning that the key goes unencrypted, and passed this machine through a proxy."""
+    assert ModelSettings(model="m", base_url="HTTP://Models.example/v1/").base_url == "http://Models.example/v1"
 
 
 URL = "base_url='http://h/v1'"

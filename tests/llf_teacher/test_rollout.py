@@ -35,6 +35,25 @@ def render(messages, add_generation_prompt=False):
     return text + "<assistant>" * add_generation_prompt
 
 
+def test_a_policy_may_change_the_messages_that_it_gets():
+    """As clients do that add each answer; the record, whose places a trainer weights, keeps what was sent."""
+
+    def one(messages):
+        messages[0]["content"] = "Be brief."
+        messages.append({"role": "assistant", "content": WEST})
+        return WEST
+
+    def many(conversations):
+        answers = [one(each) for each in conversations]
+        conversations.clear()
+        return answers
+
+    def found(policy):
+        return [(each.messages, each.spans(render), each.rewards) for each in rollout(policy, GRID, 2, max_turns=4)]
+
+    assert found(one) == found(many) == found(west)
+
+
 def test_a_conversation_for_each_id_and_seed_in_their_order():
     played = rollout(west, [GRID, ARMS], [3, 1], batch=3, max_turns=4)
     assert [(each.id, each.seed) for each in played] == [(GRID, 3), (GRID, 1), (ARMS, 3), (ARMS, 1)]

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 
+import numpy as np
 import pytest
 from commands import llf
 from design import amount
@@ -52,6 +53,15 @@ def test_the_quickstart_covers_what_it_promises():
     assert study.question == "Do late words cost a student more, or wrong ones?"
     assert study.compare == (("delayed(turns=2)", "mistake(eps=0.3)"),)
     assert all(set(study.compare[0]) <= set(study.grid(id).teachers) for id in study.ids)
+
+
+def test_counts_of_numpy_are_pythons_own():
+    """A key is JSON, which has no integers of NumPy."""
+    study = small(max_turns=np.int64(3), samples=np.int64(2), bits=np.int64(8))
+    assert study == small(max_turns=3, samples=2, bits=8)
+    assert [each.key for each in study.episodes()] == [
+        each.key for each in small(max_turns=3, samples=2, bits=8).episodes()
+    ]
 
 
 def test_any_sequence_is_a_list_and_kept_as_a_tuple():

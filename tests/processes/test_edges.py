@@ -240,6 +240,18 @@ class Timer(Agent):
 
 class Constant(Agent):
     what = "constant"
+
+
+def patched(seconds):
+    pass  # what a library leaves in the place of `time.sleep`
+
+
+class Patches(Agent):
+    what = "nothing of the above"
+
+    def act(self, observation):
+        time.sleep = patched
+        return 0
 """
 
 
@@ -251,18 +263,21 @@ def test_an_agent_that_replaces_what_others_draw_by_fails_alone(tmp_path, monkey
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, (str(tmp_path), os.environ.get("PYTHONPATH")))))
     changing = {"Agent": "numpy.random.default_rng", "Random": "random.choice", "Gone": "math.fsum"}
     changing |= {"Builtin": "builtins.sorted", "Json": "json.loads", "Method": "json.encoder.JSONEncoder.encode"}
-    changing |= {"Timer": "time.monotonic", "Constant": "numpy.pi"}
+    changing |= {"Timer": "time.monotonic", "Constant": "numpy.pi", "Patches": "time.sleep"}
     common = {"ids": ("llf-gridworld-v0", "llf-optimization-Booth-v0"), "teachers": ("oracle",), "max_turns": 3}
     alone = Study(**common, students=("random",), seeds=3)
     study = Study(**common, students=(*(f"{name}:{each}" for each in changing), "random"), seeds=3)
     with Store(tmp_path / "alone.db") as store, Store(tmp_path / "both.db") as both:
         play_missing(alone, store, workers=1)
-        with pytest.raises(EpisodeError, match="48 of 54 episodes failed"):
+        with pytest.raises(EpisodeError, match="54 of 60 episodes failed"):
             play_missing(study, both, workers=workers)
         assert sorted(map(tuple, both.episodes())) == sorted(map(tuple, store.episodes()))
         for row in both.failures():
             what = changing[row["student"].partition(":")[2]]
-            assert row["error"].startswith(f"{what} was replaced during the episode"), row["error"]
+            assert row["error"].startswith(f"{what} was replaced during the episode (by "), row["error"]
+            if what == "time.sleep":
+                assert f"(by {name}.patched)" in row["error"]
+                assert "A library that replaces such functions for good" in row["error"]
 
 
 def test_sums_do_not_depend_on_the_order_or_the_python():

@@ -15,6 +15,7 @@ from types import SimpleNamespace
 
 import faulty
 import pytest
+from pebble.pool.process import PoolManager
 from rich.console import Console
 
 from llf_teacher import studies
@@ -95,6 +96,24 @@ def test_of_a_batch_only_that_task_is_lost_that_ends_its_process(folder):
     assert told == {number: lost if number in (37, 61) else number**2 for number in range(100)}
     assert max(rooms) > 6 * 2, "short tasks travel together"
     assert rooms[-1] == 6, "the last ones in small company"
+
+
+def test_no_task_is_lost_with_a_process_that_ends_as_soon_as_it_takes_one(folder, monkeypatch):
+    """Where the pool sees its end before it reads which task that was, as on a busy machine, it waited for ever."""
+    read = PoolManager.process_next_message
+
+    def late(self, timeout):
+        time.sleep(0.2)
+        return read(self, timeout)
+
+    monkeypatch.setattr(PoolManager, "process_next_message", late)
+    with executors.start("processes", executors.Work(int, faulty.spoil, 4), 2) as engine:
+        for number in range(4):
+            engine.submit(number)
+        found, until = [], time.monotonic() + 120
+        while len(found) < 4 and time.monotonic() < until:
+            found += engine.wait(1.0)
+    assert sorted(found) == [(number, number) for number in range(4)]
 
 
 def test_failed_episodes_are_played_again_when_asked_for(folder, monkeypatch):

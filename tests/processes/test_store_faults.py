@@ -110,6 +110,23 @@ def test_a_second_run_on_a_store_is_refused(tmp_path):
     assert [file.name for file in tmp_path.iterdir()] == ["s.db"]
 
 
+def test_a_link_to_a_store_is_the_store(tmp_path):
+    """Its log and its lock lie beside the file that the link points to: read by the link, a live store had no rows."""
+    (tmp_path / "disk").mkdir()
+    path, link = tmp_path / "disk" / "s.db", tmp_path / "link.db"
+    link.symlink_to(path)
+    with Store(path) as live, lock_store(path):
+        for spec in study().episodes():
+            live.add(play(spec))
+        assert path.with_name("s.db-wal").exists(), "a writer is at work"
+        with Store(link, read_only=True) as seen:
+            seen.check()
+            assert seen.count == live.count
+        with Store(link) as second, pytest.raises(StoreError, match="another run writes to"):
+            play_missing(study(), second, options=HERE)
+    assert [file.name for file in tmp_path.rglob("*.db*")] == ["link.db", "s.db"]
+
+
 def test_the_lock_goes_with_its_holder(tmp_path):
     path = tmp_path / "s.db"
     code = (

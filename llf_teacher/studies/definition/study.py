@@ -145,6 +145,9 @@ class Study:
             problems.append(f"samples must be an integer from 1 to {MOST}, got {self.samples!r}")
         if not (isinstance(self.bits, bool) or is_count(self.bits, MOST_WORLDS)):
             problems.append(f"bits must be true, false or a number of worlds, 1 to {MOST_WORLDS}, got {self.bits!r}")
+        for name in ("max_turns", "samples", "bits"):  # an integer of NumPy has no place in a key, which is JSON
+            if is_count(value := getattr(self, name)):
+                set_(self, name, int(value))
         try:
             set_(self, "reader", reader_spec(self.reader))
         except ValueError as error:

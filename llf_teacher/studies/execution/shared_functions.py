@@ -58,9 +58,9 @@ _SHARED = _shared()
 """Each module and class with its functions as they were when this module was imported, before any agent."""
 
 
-def put_back() -> list[str]:
-    """Undo all replacements; the names of what was replaced."""
-    found = []
+def put_back() -> dict[str, str]:
+    """Undo all replacements; what each was replaced by, by the name of what was replaced."""
+    found = {}
     for place, functions in _SHARED:
         now = vars(place)
         if all(map(is_, map(now.get, functions), functions.values())):
@@ -68,6 +68,12 @@ def put_back() -> list[str]:
         owner = f"{place.__module__}.{place.__qualname__}" if isinstance(place, type) else place.__name__
         for name, value in functions.items():
             if now.get(name) is not value:
+                found[f"{owner}.{name}"] = _origin(now[name]) if name in now else "nothing"
                 setattr(place, name, value)
-                found.append(f"{owner}.{name}")
     return found
+
+
+def _origin(value: object) -> str:
+    """The module and name of a function or class; of anything else, of its class."""
+    known = value if hasattr(value, "__qualname__") else type(value)
+    return f"{getattr(known, '__module__', None) or 'builtins'}.{known.__qualname__}"  # type: ignore[attr-defined]  # as asked

@@ -54,10 +54,13 @@ def run_episode(spec: EpisodeSpec, limits: Limits = Limits()) -> Packed | Failur
     result = _run_episode(spec, limits)
     if replaced := put_back():
         Process.spoiled = True
+        names, by = ", ".join([*replaced][:_NAMED]), next(iter(replaced.values()))
         return failure(
             "raised",
-            f"{', '.join(replaced[:_NAMED])} was replaced during the episode, by which worlds and other students draw "
-            "and compute, too; an agent must leave it as it is, and may have a generator of its own",
+            f"{names} was replaced during the episode (by {by}), by which worlds and other students draw and compute, "
+            "too; an agent must leave it as it is, and may have a generator of its own. A library that replaces such "
+            "functions for good, as by patching a module when it is imported, fails every episode of its agent: turn "
+            "its patches off, or run it in a process of its own that the agent asks",
         )
     return result
 

@@ -21,7 +21,13 @@ _INDEX = struct.Struct("=16xI")  # the beginning of a log's index
 
 def log_of(path: Path) -> Path:
     """The path of SQLite's log of a file."""
-    return path.with_name(f"{path.name}-wal")
+    return beside(path, "-wal")
+
+
+def beside(path: Path, ending: str) -> Path:
+    """A file beside another one, with its name and an ending; as for SQLite, beside what a link points to."""
+    real = path.resolve()
+    return real.with_name(f"{real.name}{ending}")
 
 
 def has_lost_its_log(path: Path) -> bool:
@@ -31,7 +37,7 @@ def has_lost_its_log(path: Path) -> bool:
 
 
 def _index_of(path: Path) -> Path:
-    return path.with_name(f"{path.name}-shm")
+    return beside(path, "-shm")
 
 
 def log_is_cut(path: Path) -> bool:

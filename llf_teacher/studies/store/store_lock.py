@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from llf_teacher.studies.store import StoreError
-from llf_teacher.studies.store.files import file_identity
+from llf_teacher.studies.store.files import beside, file_identity
 
 try:
     import fcntl
@@ -23,7 +23,7 @@ def lock_store(store: Path) -> Iterator[None]:
     if fcntl is None:
         yield
         return
-    path = store.with_name(f"{store.name}-lock")
+    path = beside(store, "-lock")
     with contextlib.ExitStack() as held:
         while True:
             file = held.enter_context(path.open("wb"))

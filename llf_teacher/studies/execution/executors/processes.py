@@ -33,12 +33,37 @@ from llf_teacher.studies.execution.executors import (
 from llf_teacher.studies.execution.executors.batches import Batches, in_batches
 
 _LEFT = 78  # instead of 0: exit status of a worker that ended unexpectedly
+_LOOKS = 10  # how often the pool looks for a process that has ended by itself, every 0.1 seconds, before it is gone
 _BROKEN = 3  # consecutive failures to start a process
 _GUARD = 'put what a script does under `if __name__ == "__main__":`, or play in this process by workers=1'
 
 
 class _Worker(SpawnProcess):
     """A process that plays."""
+
+    _stopped = False
+    _looks = 0
+
+    def is_alive(self) -> bool:
+        """Whether it runs, or has ended by itself a moment ago.
+
+        The pool fails the task of a process that is gone. Which task that is, the process says when it takes it; if the
+        pool looked for the process before it read that, it would wait for the task for ever.
+        """
+        if super().is_alive() or self.pid is None:
+            return super().is_alive()
+        self._looks += 1
+        return not self._stopped and self._looks < _LOOKS
+
+    def terminate(self) -> None:
+        """End it."""
+        self._stopped = True
+        super().terminate()
+
+    def kill(self) -> None:
+        """End it at once."""
+        self._stopped = True
+        super().kill()
 
     def start(self) -> None:
         """Start and ignore Ctrl-C, which the parent handles."""
