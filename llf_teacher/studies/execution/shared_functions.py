@@ -76,4 +76,4 @@ def put_back() -> dict[str, str]:
 def _origin(value: object) -> str:
     """The module and name of a function or class; of anything else, of its class."""
     known = value if hasattr(value, "__qualname__") else type(value)
-    return f"{getattr(known, '__module__', None) or 'builtins'}.{known.__qualname__}"  # type: ignore[attr-defined]  # as asked
+    return f"{getattr(known, '__module__', None) or 'builtins'}.{known.__qualname__}"
