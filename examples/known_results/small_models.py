@@ -24,6 +24,7 @@ once. `--from docs/small-models.jsonl` prints the same tables without a model.
 
 import argparse
 import json
+import re
 from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import replace
@@ -34,18 +35,19 @@ from typing import Any
 import numpy as np
 from _shared import TENTH, Effect, cell, print_table, together, verdicts_of
 
+from llf_teacher.registry import entry
 from llf_teacher.studies import Results, Study, run
 from llf_teacher.studies.analysis.power import ALPHA, power
 from llf_teacher.studies.definition.study import load_study
+from pz_envs.text.answer_formats import worded
+from teachers.atoms import FP
 
 FILES = (Path(__file__).with_suffix(".toml"), Path(__file__).with_name("small_models_more.toml"))
 SEEDS, PILOT = 20, (2900, 2901, 2902, 2903)
 ADVICE, RANDOM = "only(kinds='fp')", "random"
-CONTROLS = {
-    "silent": "silence",
-    "only(kinds='fp') | placebo": "a placebo",
-    "only(kinds='fp') | misaligned": "misaligned advice",
-}
+MISALIGNED = f"{ADVICE} | misaligned"
+TITLES = {"bandits": "ten-armed bandit", "gridworld": "treasure hunt"}
+CONTROLS = {"silent": "silence", f"{ADVICE} | placebo": "a placebo", MISALIGNED: "misaligned advice"}
 KEPT = (
     "id",
     "family",
@@ -60,8 +62,9 @@ KEPT = (
     "followed",
     "seconds",
 )
-HABITS = ("again", "same_action", "same_thought")
-"""Counts of an episode: turns but the first, those with the action of the turn before, and with an earlier thought."""
+HABITS = ("again", "same_action", "same_thought", "named", "done")
+"""Counts of an episode: turns but the first, those with the action of the turn before, those with an earlier thought;
+turns whose thought has the advised action, and those of them in which it was taken."""
 Rows = list[dict[str, Any]]
 Cells = Mapping[tuple[str, str, str], np.ndarray]
 """Regrets by student, teacher and family, one a seed."""
@@ -139,7 +142,7 @@ def print_answers(study: Study, rows: Rows) -> None:
             if not mine:
                 continue
             total = {name: sum(row[name] or 0 for row in mine) for name in (*KEPT[5:], *HABITS)}
-            advised = f"{total['followed'] / total['advised']:.0%}" if total["advised"] else "-"
+            followed = [_followed([row for row in mine if row["teacher"] == each]) for each in (ADVICE, MISALIGNED)]
             lines.append(
                 [
                     study.named[student],
@@ -147,13 +150,19 @@ def print_answers(study: Study, rows: Rows) -> None:
                     f"{total['turns']}",
                     f"{total['parse_failures'] / total['turns']:.1%}",
                     f"{total['truncated'] / total['turns']:.1%}",
-                    advised,
-                    *(f"{total[name] / max(1, total['again']):.0%}" for name in HABITS[1:]),
+                    *followed,
+                    *(f"{total[name] / max(1, total['again']):.0%}" for name in HABITS[1:3]),
+                    f"{total['done']} of {total['named']}",
                     f"{total['seconds'] / total['turns']:.1f}",
                 ]
             )
-    counts = ["turns", "no action", "cut", "advice followed", "same action", "same thought", "seconds a turn"]
-    print_table(["model", "family", *counts], *lines)
+    counts = ["turns", "no action", "cut", "advice followed", "misaligned advice followed"]
+    print_table(["model", "family", *counts, "same action", "same thought", "named and done", "seconds a turn"], *lines)
+
+
+def _followed(rows: Rows) -> str:
+    advised = sum(row["advised"] or 0 for row in rows)
+    return f"{sum(row['followed'] or 0 for row in rows) / advised:.0%}" if advised else "-"
 
 
 def draw(study: Study, cells: Cells, path: Path) -> None:
@@ -162,7 +171,7 @@ def draw(study: Study, cells: Cells, path: Path) -> None:
 
     families = sorted({family for _, _, family in cells})
     students = [student for student in study.students if student != RANDOM]
-    figure = Figure(figsize=(8, 3.4), layout="constrained")
+    figure = Figure(figsize=(8, 3.6), layout="constrained")
     colours = ("0.7", "#0b62a4", "#c9a227", "#b3541e")
     for axes, family in zip(figure.subplots(1, len(families), sharey=True), families, strict=True):
         unit = cells[RANDOM, "silent", family].mean()
@@ -173,26 +182,35 @@ def draw(study: Study, cells: Cells, path: Path) -> None:
             for place, each in zip(places, shares, strict=True):
                 axes.plot(np.full(len(each), place), each, ".", color="0.2", markersize=2, alpha=0.4)
         axes.axhline(1, color="0.2", linewidth=0.8, linestyle=":")
-        names = [study.named[student].replace(" ", "\n") for student in students]
-        axes.set(xticks=range(len(students)), xticklabels=names, title=family)
+        names = [study.named[student].replace("-", "-\n").replace(" ", "\n") for student in students]
+        axes.set(xticks=range(len(students)), xticklabels=names, title=TITLES[family])
         axes.tick_params(labelsize=8)
         axes.spines[["top", "right"]].set_visible(False)
     figure.axes[0].set_ylabel("regret, 1: random actions")
-    figure.axes[0].legend(fontsize=8)
+    figure.legend(*figure.axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=4, frameon=False)
     figure.savefig(path, dpi=140)
 
 
 def kept(results: Results) -> Rows:
     """What the tables need of the rows of a store."""
-    rows = results.rows()
-    return [{name: row[name] for name in KEPT} | habits(results.turns(row["key"])[1:]) for row in rows]
+    rows = list(results.rows())
+    worlds = {id: entry(id).family.make_world() for id in {row["id"] for row in rows}}
+    return [{name: row[name] for name in KEPT} | habits(results.turns(row["key"]), worlds[row["id"]]) for row in rows]
 
 
-def habits(turns: Rows) -> dict[str, int]:
+def habits(turns: Rows, world: Any) -> dict[str, int]:
     """The counts of `HABITS`."""
-    actions, thoughts = ([turn[name] for turn in turns] for name in ("action_words", "thought"))
+    actions, thoughts = ([turn[name] for turn in turns[1:]] for name in ("action_words", "thought"))
+    named = []
+    for before, turn in pairwise(turns):
+        actions_advised = [atom["action"] for atom in before["atoms"] if atom["kind"] == FP]
+        advised = [worded(world, action) for action in actions_advised if action is not None]
+        if any(re.search(rf"\b{re.escape(each)}\b", turn["thought"] or "") for each in advised):
+            named.append(turn["action_words"] in advised)
     return {
-        "again": len(turns) - 1,
+        "named": len(named),
+        "done": sum(named),
+        "again": len(actions) - 1,
         "same_action": sum(now is not None and now == before for before, now in pairwise(actions)),
         "same_thought": sum(now is not None and now in thoughts[:place] for place, now in enumerate(thoughts)),
     }

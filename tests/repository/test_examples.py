@@ -95,7 +95,7 @@ def test_the_verdict_on_small_models_needs_no_model(tmp_path, monkeypatch):
     advice = "only(kinds='fp')"
     controls = ("silent", f"{advice} | placebo", f"{advice} | misaligned")
     rest = {"turns": 8, "parse_failures": 0, "truncated": 0, "advised": 8, "followed": 6, "seconds": 16.0}
-    rest |= {"again": 7, "same_action": 2, "same_thought": 1}
+    rest |= {"again": 7, "same_action": 2, "same_thought": 1, "named": 7, "done": 6}
     rows = [
         {"id": family, "family": family, "teacher": teacher, "student": student, "seed": seed, **rest}
         | {"regret": seed % 2 if (student, teacher) == (heard, advice) else 7 + seed % 3}
