@@ -11,7 +11,8 @@ by two-sided sign-flip tests over seeds, with Holm's correction for all of them.
 its three effects are found: advice must be better than silence, than words that say nothing, and than words that are
 not about this world. Whether it learns to do without the teacher is another question.
 
-Twenty seeds were chosen by a pilot of four others (`--pilot`), which decides nothing else.
+Twenty seeds were fixed before a pilot of four others (`--pilot`), which decides nothing; it gave each effect a power of
+1.00. The counts of what was done and said again, and of ways in houses, were chosen after the data.
 
 The cells of `small_models_more.toml`, with two seeds, are exploratory: other kinds of words, words that are always
 wrong, and three other families. No test is made of them.
@@ -24,7 +25,6 @@ once. `--from docs/small-models.jsonl` prints the same tables without a model.
 
 import argparse
 import json
-import re
 from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import replace
@@ -46,6 +46,7 @@ FILES = (Path(__file__).with_suffix(".toml"), Path(__file__).with_name("small_mo
 SEEDS, PILOT = 20, (2900, 2901, 2902, 2903)
 ADVICE, RANDOM = "only(kinds='fp')", "random"
 MISALIGNED = f"{ADVICE} | misaligned"
+WAYS = ("north", "east", "south", "west")
 TITLES = {"bandits": "ten-armed bandit", "gridworld": "treasure hunt"}
 CONTROLS = {"silent": "silence", f"{ADVICE} | placebo": "a placebo", MISALIGNED: "misaligned advice"}
 KEPT = (
@@ -62,9 +63,8 @@ KEPT = (
     "followed",
     "seconds",
 )
-HABITS = ("again", "same_action", "same_thought", "named", "done")
-"""Counts of an episode: turns but the first, those with the action of the turn before, those with an earlier thought;
-turns whose thought has the advised action, and those of them in which it was taken."""
+HABITS = ("again", "same_action", "same_thought")
+"""Counts of an episode: turns after the first, and those with the action of the turn before, or an earlier thought."""
 Rows = list[dict[str, Any]]
 Cells = Mapping[tuple[str, str, str], np.ndarray]
 """Regrets by student, teacher and family, one a seed."""
@@ -86,7 +86,7 @@ def is_model(student: str) -> bool:
 def effects_of(study: Study, cells: Cells) -> dict[str, list[Effect]]:
     """The declared effects of each model; none if one of its cells is incomplete."""
     families = sorted({family for _, _, family in cells})
-    whole = {key for key, each in cells.items() if len(each) == len(study.seeds)}
+    whole = {key for key, each in cells.items() if len(each) == len(study.seeds)}  # no seed is there twice
     effects: dict[str, list[Effect]] = {student: [] for student in study.students if is_model(student)}
     for student, mine in effects.items():
         needed = {(student, teacher, family) for teacher in (ADVICE, *CONTROLS) for family in families}
@@ -151,13 +151,26 @@ def print_answers(study: Study, rows: Rows) -> None:
                     f"{total['parse_failures'] / total['turns']:.1%}",
                     f"{total['truncated'] / total['turns']:.1%}",
                     *followed,
-                    *(f"{total[name] / max(1, total['again']):.0%}" for name in HABITS[1:3]),
-                    f"{total['done']} of {total['named']}",
+                    *(f"{total[name] / max(1, total['again']):.0%}" for name in HABITS[1:]),
                     f"{total['seconds'] / total['turns']:.1f}",
                 ]
             )
     counts = ["turns", "no action", "cut", "advice followed", "misaligned advice followed"]
-    print_table(["model", "family", *counts, "same action", "same thought", "named and done", "seconds a turn"], *lines)
+    print_table(["model", "family", *counts, "same action", "same thought", "seconds a turn"], *lines)
+
+
+def print_ways(study: Study, rows: Rows) -> None:
+    """Print, for houses, how often the models went where they were advised to go: at first, and then by direction."""
+    lines = []
+    for student in filter(is_model, study.students):
+        mine = [row for row in rows if row["student"] == student and row["family"] == "gridworld"]
+        for teacher in (ADVICE, MISALIGNED):
+            pairs = [pair for row in mine if row["teacher"] == teacher for pair in row["pairs"]]
+            first = [done == way for turn, way, done in pairs if turn == 1]
+            later = [[done == way for turn, way, done in pairs if turn > 1 and way == each] for each in WAYS]
+            counts = (f"{sum(each)} of {len(each)}" for each in (first, *later))
+            lines.append([study.named[student], study.named[teacher], *counts])
+    print_table(["model, where advised to go", "teacher", "first turn", *(f"later {each}" for each in WAYS)], *lines)
 
 
 def _followed(rows: Rows) -> str:
@@ -198,22 +211,48 @@ def kept(results: Results) -> Rows:
     return [{name: row[name] for name in KEPT} | habits(results.turns(row["key"]), worlds[row["id"]]) for row in rows]
 
 
-def habits(turns: Rows, world: Any) -> dict[str, int]:
-    """The counts of `HABITS`."""
+def habits(turns: Rows, world: Any) -> dict[str, Any]:
+    """The counts of `HABITS`, and `pairs`: of each turn with advice, in words, the advised action and the action."""
     actions, thoughts = ([turn[name] for turn in turns[1:]] for name in ("action_words", "thought"))
-    named = []
-    for before, turn in pairwise(turns):
-        actions_advised = [atom["action"] for atom in before["atoms"] if atom["kind"] == FP]
-        advised = [worded(world, action) for action in actions_advised if action is not None]
-        if any(re.search(rf"\b{re.escape(each)}\b", turn["thought"] or "") for each in advised):
-            named.append(turn["action_words"] in advised)
+    advised = [[atom["action"] for atom in turn["atoms"] if atom["kind"] == FP] for turn in turns]
     return {
-        "named": len(named),
-        "done": sum(named),
         "again": len(actions) - 1,
         "same_action": sum(now is not None and now == before for before, now in pairwise(actions)),
         "same_thought": sum(now is not None and now in thoughts[:place] for place, now in enumerate(thoughts)),
+        "pairs": [
+            [turn, worded(world, some[0]), done]
+            for turn, (some, done) in enumerate(zip(advised, actions, strict=False), 1)
+            if some and some[0] is not None
+        ],
     }
+
+
+def checked(path: Path, studies: list[Study]) -> list[Rows]:
+    """The rows of a file, one list for each study.
+
+    Raises:
+        SystemExit: a row is none, is there twice, or belongs to no study.
+    """
+    parts: list[Rows] = [[] for _ in studies]
+    seen = set()
+    for number, line in enumerate(path.read_text("utf-8").splitlines(), 1):
+        try:
+            row = json.loads(line)
+            key = row["student"], row["teacher"], row["family"], row["seed"]
+            place = next(place for place, study in enumerate(studies) if row["seed"] in study.seeds)
+            whole = np.isfinite(row["regret"]) and key not in seen and {*KEPT, *HABITS, "pairs"} <= {*row}
+        except (ValueError, TypeError, KeyError, StopIteration):
+            whole = False
+        if not whole:
+            raise SystemExit(
+                f"{path}, line {number}: must be a row of an episode of these studies, as --rows writes it, once only "
+                f"and with a finite regret, got {line:.80}"
+            )
+        seen.add(key)
+        parts[place].append(row)
+    if not seen:
+        raise SystemExit(f"{path} must hold rows, as --rows writes them, and is empty")
+    return parts
 
 
 def main() -> None:
@@ -233,8 +272,7 @@ def main() -> None:
         print_power(effects_of(pilot, cells_of(_played(pilot, given.folder / "small_models_pilot.db", given))))
         return
     if given.given:
-        every = [json.loads(line) for line in given.given.read_text().splitlines()]
-        parts = [[row for row in every if row["seed"] in study.seeds] for study in studies]
+        parts = checked(given.given, studies)
     else:
         parts = []
         for file, study in zip(FILES, studies, strict=True):
@@ -250,12 +288,14 @@ def main() -> None:
         print_answers(study, rows)
         if number:
             continue
+        print_ways(study, rows)
         effects = effects_of(study, cells)
         models = list(filter(is_model, study.students))
         found = verdicts_of([each for mine in effects.values() for each in mine], len(models) * len(CONTROLS))
         for student in models:
             mine, found = found[: len(effects[student])], found[len(effects[student]) :]
-            print(f"{study.named[student]} learns from what it is told: {together(mine) if mine else 'not played'}")
+            verdict = together(mine) if mine else "not decided, its cells are not whole"
+            print(f"{study.named[student]} learns from what it is told: {verdict}")
         print()
         if given.plot:
             draw(study, cells, given.plot)

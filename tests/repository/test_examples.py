@@ -95,7 +95,7 @@ def test_the_verdict_on_small_models_needs_no_model(tmp_path, monkeypatch):
     advice = "only(kinds='fp')"
     controls = ("silent", f"{advice} | placebo", f"{advice} | misaligned")
     rest = {"turns": 8, "parse_failures": 0, "truncated": 0, "advised": 8, "followed": 6, "seconds": 16.0}
-    rest |= {"again": 7, "same_action": 2, "same_thought": 1, "named": 7, "done": 6}
+    rest |= {"again": 7, "same_action": 2, "same_thought": 1, "pairs": [[1, "north", "north"]]}
     rows = [
         {"id": family, "family": family, "teacher": teacher, "student": student, "seed": seed, **rest}
         | {"regret": seed % 2 if (student, teacher) == (heard, advice) else 7 + seed % 3}
@@ -109,8 +109,29 @@ def test_the_verdict_on_small_models_needs_no_model(tmp_path, monkeypatch):
     out = printed("known_results/small_models", "--from", path, "--plot", tmp_path / "it.png")
     assert "SmolLM2 135M learns from what it is told: yes" in out
     assert "Qwen2.5-Coder 0.5B learns from what it is told: no" in out
-    assert "Qwen2.5-Coder 1.5B learns from what it is told: not played" in out
+    assert "Qwen2.5-Coder 1.5B learns from what it is told: not decided" in out
     assert (tmp_path / "it.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("change", "line"),
+    [
+        (lambda rows: [*rows, rows[0]], 3),
+        (lambda rows: [rows[0], rows[1] | {"regret": np.nan}], 2),
+        (lambda rows: [rows[0] | {"seed": 7}], 1),
+        (lambda rows: [{"seed": 3000}], 1),
+        (lambda rows: [7], 1),
+    ],
+)
+def test_rows_of_small_models_that_are_none_are_refused(tmp_path, monkeypatch, change, line):
+    """A row for another's seed would shift all pairs."""
+    monkeypatch.syspath_prepend(ROOT / "examples" / "known_results")
+    example = importlib.import_module("small_models")
+    rows = (ROOT / "docs" / "small-models.jsonl").read_text("utf-8").splitlines()[:2]
+    path = tmp_path / "rows.jsonl"
+    path.write_text("".join(f"{json.dumps(row)}\n" for row in change([*map(json.loads, rows)])), encoding="utf-8")
+    with pytest.raises(SystemExit, match=f"line {line}: must be a row of an episode"):
+        example.checked(path, [*map(example.load_study, example.FILES)])
 
 
 @pytest.mark.full
