@@ -14,7 +14,7 @@ not about this world. Whether it learns to do without the teacher is another que
 Twenty seeds were fixed before a pilot of four others (`--pilot`), which decides nothing; it gave each effect a power of
 1.00. The counts of what was done and said again, and of ways in houses, were chosen after the data.
 
-The cells of `small_models_more.toml`, with two seeds, are exploratory: other kinds of words, words that are always
+The cells of `small_models_more.toml`, with two seeds or one, are exploratory: other kinds of words, words that are always
 wrong, and three other families. No test is made of them.
 
     python examples/known_results/small_models.py --plot docs/small-models.png --rows docs/small-models.jsonl
