@@ -14,8 +14,8 @@ not about this world. Whether it learns to do without the teacher is another que
 Twenty seeds were fixed before a pilot of four others (`--pilot`), which decides nothing; it gave each effect a power of
 1.00. The counts of what was done and said again, and of ways in houses, were chosen after the data.
 
-The cells of `small_models_more.toml`, with two seeds or one, are exploratory: other kinds of words, words that are always
-wrong, and three other families. No test is made of them.
+The cells of `small_models_more.toml`, with two seeds or one, are exploratory: other kinds of words, words that are
+always wrong, and three other families. No test is made of them.
 
     python examples/known_results/small_models.py --plot docs/small-models.png --rows docs/small-models.jsonl
 
@@ -113,6 +113,21 @@ def print_regrets(study: Study, cells: Cells) -> None:
         found = [cells.get((student, *key), np.array([])) for key in keys]
         rows.append([study.named[student], *(_regret(each, len(study.seeds)) for each in found)])
     print_table(["regret", *head], *rows)
+
+
+def print_means(study: Study, cells: Cells) -> None:
+    """Print the mean regret of each student and teacher in each family, however few the seeds."""
+    families = sorted({family for _, _, family in cells})
+    rows = [
+        [study.named[student], study.named[teacher], *(_mean(cells.get((student, teacher, each))) for each in families)]
+        for student in study.students
+        for teacher in study.teachers
+    ]
+    print_table(["student", "teacher", *families], *rows)
+
+
+def _mean(values: np.ndarray | None) -> str:
+    return "-" if values is None else f"{values.mean():.2f}"
 
 
 def _regret(values: np.ndarray, seeds: int) -> str:
@@ -284,10 +299,12 @@ def main() -> None:
         if not rows:
             continue
         cells = cells_of(rows)
+        if number:
+            print_means(study, cells)
+            print_answers(study, rows)
+            continue
         print_regrets(study, cells)
         print_answers(study, rows)
-        if number:
-            continue
         print_ways(study, rows)
         effects = effects_of(study, cells)
         models = list(filter(is_model, study.students))
