@@ -219,9 +219,10 @@ def draw(study: Study, cells: Cells, path: Path) -> None:
     figure.savefig(path, dpi=140)
 
 
-def kept(results: Results) -> Rows:
-    """What the tables need of the rows of a store."""
-    rows = list(results.rows())
+def kept(study: Study, results: Results) -> Rows:
+    """What the tables need of the rows of a study in its store."""
+    own = {spec.key for spec in study.episodes()}
+    rows = [row for row in results.rows() if row["key"] in own]
     worlds = {id: entry(id).family.make_world() for id in {row["id"] for row in rows}}
     return [{name: row[name] for name in KEPT} | habits(results.turns(row["key"]), worlds[row["id"]]) for row in rows]
 
@@ -323,14 +324,14 @@ def _played(study: Study, store: Path, given: argparse.Namespace) -> Rows:
         if not store.exists():
             return []
         with Results(store) as results:
-            return kept(results)
+            return kept(study, results)
 
     def show(done: int, total: int) -> None:
         print(f"\r{store.name}: {done} of {total} episodes", end="", flush=True)
 
     with run(study, store, workers=given.workers, progress=show) as results:
         print()
-        return kept(results)
+        return kept(study, results)
 
 
 if __name__ == "__main__":
