@@ -40,6 +40,8 @@ ABOVE = (
 """The explanation of scores above 1."""
 HEARD = 0.8
 """Least score that counts as the whole ability in words."""
+MOST = 3
+"""Abilities of a kind that the sentences at the head of a card name."""
 TILT = 0.05
 """Difference between lessons in the share of answers that are no action, above which a card says what it does."""
 _WELL = {"obedient": "a scripted student that obeys", "reasoner": "a scripted student that reasons"}
@@ -295,7 +297,7 @@ class Card:
         )
 
     def sentences(self) -> list[str]:
-        """Sentences: the best abilities, the missing ones, the unmeasured ones, and what was not asked.
+        """Sentences: the best abilities, at most three, the missing ones, the unmeasured ones, and what was not asked.
 
         After the first comes a sentence for each ability with different results beside placebo and silence. Abilities
         in whose lessons many answers failed are not called missing; a sentence has them, and one what was answered.
@@ -308,25 +310,29 @@ class Card:
         if not measured:
             return ["Nothing was measured.", *self._failed(), *self._not_asked()]
         plain, noted = ([each for each in measured if bool(each.note) == odd] for odd in (False, True))
-        shown = [each for each in plain if each.shown]
         # equal regret is weaker evidence: unheard lessons also have equal regret
-        best = min(shown, key=lambda each: (each.alike is not None, -(each.low or 0)), default=None)
+        shown = sorted(
+            (each for each in plain if each.shown),
+            key=lambda each: (each.alike is not None, -((each.score or 0) if each.low is None else each.low)),
+        )
+        best, also = shown[:MOST], shown[MOST:]
         moot = [each for each in plain if (each.above if each.alike is None else each.alike) and not each.shown]
         none = ["No ability was shown significantly."] * (not moot)
-        in_part = " in part" * (best is not None and (best.score or 0) < 0.5)
-        said = [f"The student {best.ability}{in_part}: {best.summary}."] if best else none
+        abilities = "; ".join(
+            f"{each.ability}{' in part' * ((each.score or 0) < 0.5)}: {each.summary}" for each in best
+        )
+        said = [f"The student {abilities}{_and_more(also)}."] if best else none
         said += [f"Whether it {each.ability} was not shown: it {each.note}." for each in noted]
         said += [f"Whether it {each.ability} is not decided: {each.summary}." for each in moot]
         odd = [each for each in plain if each.answers.failed or each.too == "too low"]
         less = [each for each in plain if each.high is not None and each.high < 0.5 and each not in odd]
         lacking = sorted(less, key=lambda each: each.high or 0)
-        weak = "; ".join(f"{each.ability} ({each.words})" for each in lacking[:3])
+        weak = "; ".join(f"{each.ability} ({each.words})" for each in lacking[:MOST])
         if weak:
-            more = f"; and {len(lacking) - 3} more" * (len(lacking) > 3)
-            said.append(f"Less than half as much as the scripted student: {weak}{more}.")
+            said.append(f"Less than half as much as the scripted student: {weak}{_and_more(lacking[MOST:])}.")
         elif not noted and not odd:
             said.append("In no ability does the interval lie below half of the scripted student's score.")
-        said += self._failed([*moot, *([best] if best else [])])
+        said += self._failed([*moot, *best])
         names = "; ".join(each.ability for each in self.lines if each.score is None)
         said.append(f"Not measured: {names}." if names else "Everything asked was measured.")
         return said + self._not_asked()
@@ -490,6 +496,10 @@ def _told(line: AbilityLine) -> list[str]:
         "</details>",
     ]
     return [*parts, answers.sample, "", *lesson, ""]
+
+
+def _and_more(rest: Sequence[AbilityLine]) -> str:
+    return f"; and {len(rest)} more" if rest else ""
 
 
 def adjusted(p: Sequence[float | None]) -> list[float | None]:

@@ -662,6 +662,21 @@ def line(score, half, seeds=20, **more):
     )
 
 
+def test_the_head_of_a_card_names_what_was_shown_with_and_without_an_interval():
+    """The best first; three at most."""
+    shown = [
+        replace(line(score, half), p=0.01, ability=ability)
+        for ability, score, half in (("keeps it", 0.69, 0.4), ("takes advice", 0.83, None), ("hears hints", 0.4, 0.3))
+    ]
+    settings = {"suite": "", "digest": "", "quick": False, "key": "", "cost": {}, "failures": 0, "error": ""}
+    card = Card(student="s", lines=shown, versions={}, **settings)
+    first, *others = "takes advice: 0.83 (no interval: skewed)", "keeps it: 0.69 [0.29, 1.09]"
+    named = "; ".join((first, *others, "hears hints in part: 0.40 [0.10, 0.70]"))
+    assert card.sentences()[0] == f"The student {named}."
+    fourth = replace(card, lines=[*shown, replace(line(0.3, 0.29), p=0.01)])
+    assert fourth.sentences()[0] == f"The student {named}; and 1 more."
+
+
 def test_a_difference_of_cards_is_significant_as_often_as_it_says():
     """Of two cards with equal truth 5 % differ; the interval has the truth in 95 %."""
     rng = np.random.default_rng(7)
