@@ -352,11 +352,13 @@ class Card:
             else f"{each.ability} (of {each.answers.turns} {', '.join(each.answers.faults)})"
             for each in rest
         )
-        many = (
-            "Many answers failed, so that scores also show how the student answers, not only what it makes of feedback"
-        )
-        worst = max(failed, key=lambda each: each.answers.no_action / each.answers.turns).answers
-        return [f"{many}: {counts}."] * bool(rest) + [worst.sample]
+        worst = max((each.answers for each in failed), key=lambda each: each.no_action / each.turns)
+        wrong = any(each.answers.no_action or each.answers.cut for each in failed)
+        what = "failed" if wrong else "repeat the prompt"
+        many = f"Many answers {what}, so that scores also show how the student answers, not only what it makes of"
+        said = f"{many} feedback: {counts}."
+        # The sample is an answer that failed if there is one, and one that repeats the prompt only where all do.
+        return [said] * bool(rest) + [worst.sample] * (wrong or worst.copied == worst.turns)
 
     def _not_asked(self) -> list[str]:
         """What the card does not say."""

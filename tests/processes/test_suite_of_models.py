@@ -219,7 +219,8 @@ def test_answers_that_fail_are_counted_and_the_score_is_said_to_show_them(tmp_pa
     text = " ".join(card.sentences())
     assert "Less than half" not in text
     counted = line.score is not None  # else the reason of the missing score has the number
-    assert ("Many answers failed, so that scores also show how the student answers" in text) == counted
+    what = "repeat the prompt" if fault == "copied" else "failed"
+    assert (f"Many answers {what}, so that scores also show how the student answers" in text) == counted
     assert repr(line.answers.answered) in text
     for form in (card.as_markdown(), card.as_html()):
         assert "of its 240 answers 240 " in form.lower()
