@@ -356,9 +356,9 @@ class Card:
         wrong = any(each.answers.no_action or each.answers.cut for each in failed)
         what = "failed" if wrong else "repeat the prompt"
         many = f"Many answers {what}, so that scores also show how the student answers, not only what it makes of"
-        said = f"{many} feedback: {counts}."
+        sentence = f"{many} feedback: {counts}."
         # The sample is an answer that failed if there is one, and one that repeats the prompt only where all do.
-        return [said] * bool(rest) + [worst.sample] * (wrong or worst.copied == worst.turns)
+        return [sentence] * bool(rest) + [worst.sample] * (wrong or worst.copied == worst.turns)
 
     def _not_asked(self) -> list[str]:
         """What the card does not say."""
