@@ -575,7 +575,8 @@ def _work(options: argparse.Namespace, console: Console) -> None:
             return
         for seed in range(options.seeds):  # seed by seed, so that an early end has all signals of some seeds
             for letter in (BASE, *letters):
-                play(Run(options.out, letter, seed, settings), learner, f"({letter}) seed {seed}", bars)
+                own = {name: rate for name, rate in rates.items() if name in (FORMAT, letter)}
+                play(Run(options.out, letter, seed, settings | {"rates": own}), learner, f"({letter}) seed {seed}", bars)
 
 
 def play(run: Run, learner: "Learner", title: str, bars: Progress) -> None:
