@@ -106,6 +106,8 @@ LEVEL, LEAST, TINY = 0.05, 3, 1e-9
 """Level of the tests, seeds that a comparison needs, and what counts as no difference."""
 RATES_FILE = "rates.json"
 TRANSCRIPTS = 10
+PACKED = ("kind", "update", "seed", "answer", "success", "failure", "follows", "test", "family", "last")
+"""Fields of a test in a file of rows."""
 
 
 def number(*parts: Any) -> int:
@@ -282,15 +284,66 @@ def finished(rows: Sequence[Mapping[str, Any]]) -> bool:
 
 
 def results(out: Path, signals: Sequence[str] = (BASE, *SIGNALS)) -> dict[str, dict[int, list[dict[str, Any]]]]:
-    """The stored rows of the finished runs, by signal and training seed."""
+    """The rows of the finished runs, by signal and training seed.
+
+    Args:
+        out: the folder of the runs, or a file of `pack`.
+        signals: which ones.
+
+    Raises:
+        ValueError: a file has other tests than its settings say.
+    """
     found: dict[str, dict[int, list[dict[str, Any]]]] = defaultdict(dict)
-    for folder in sorted(out.glob("*-*")):
-        signal, _, seed = folder.name.rpartition("-")
-        if signal in signals and seed.isdecimal():
-            rows = Rows(folder / "rows.jsonl").read()
-            if finished(rows):
-                found[signal][int(seed)] = rows
+    for name, rows in (_unpacked(out) if out.is_file() else _of_folders(out)).items():
+        signal, _, seed = name.rpartition("-")
+        if signal in signals and seed.isdecimal() and finished(rows):
+            found[signal][int(seed)] = rows
     return dict(found)
+
+
+def _of_folders(out: Path) -> dict[str, list[dict[str, Any]]]:
+    return {folder.name: Rows(folder / "rows.jsonl").read() for folder in sorted(out.glob("*-*"))}
+
+
+def _unpacked(file: Path) -> dict[str, list[dict[str, Any]]]:
+    runs: dict[str, list[dict[str, Any]]] = defaultdict(list)
+    for row in Rows(file).read():
+        runs[row.pop("run")].append(row)
+    for name, rows in runs.items():
+        tests = sorted(row["seed"] for row in rows if row["kind"] == "test" and row["last"] and row["test"] == "alone")
+        if len({*tests}) != len(tests) or len(tests) != rows[0].get("worlds"):
+            raise ValueError(
+                f"{file} must have {rows[0].get('worlds')} last tests of {name}, each of another world, "
+                f"got {len(tests)} of {len({*tests})} worlds; write it again with --rows"
+            )
+    return runs
+
+
+def settings_of(out: Path) -> dict[str, Any]:
+    """The settings of the first run in a folder or in a file of `pack`."""
+    if out.is_file():
+        return Rows(out).read()[0]
+    settings: dict[str, Any] = json.loads(next(out.glob("*-*/settings.json")).read_text("utf-8"))
+    return settings
+
+
+def pack(out: Path, file: Path, signals: Sequence[str] = (BASE, *SIGNALS)) -> None:
+    """Write what tables, curves and transcripts are made of: the rows of finished runs without their steps."""
+    runs = results(out, signals)
+    first = {name: min(seeds) for name, seeds in runs.items()}
+    lines = []
+    for name, seeds in runs.items():
+        for seed, rows in seeds.items():
+            settings = json.loads((out / f"{name}-{seed}" / "settings.json").read_text("utf-8"))
+            for row in [{"kind": "settings"} | settings, *rows]:
+                if row["kind"] == "test":
+                    kept = [*PACKED, "prompt"] if seed == first[name] and row["test"] == "alone" else PACKED
+                    row = {key: row[key] for key in kept if key in row}
+                    if "prompt" in row:
+                        row["prompt"] = row["prompt"][-1:]
+                if row["kind"] != "step":
+                    lines.append(json.dumps({"run": f"{name}-{seed}"} | row, ensure_ascii=False) + "\n")
+    file.write_text("".join(lines), "utf-8")
 
 
 def share(rows: Sequence[Mapping[str, Any]], field: str, **where: Any) -> float | None:
@@ -311,7 +364,7 @@ def table(out: Path) -> list[str]:
     runs = results(out)
     if not runs:
         raise ValueError(f"{out} must have finished runs, got none; run it without --table first")
-    family = json.loads(next(out.glob("*-*/settings.json")).read_text("utf-8"))["family"]
+    family = settings_of(out)["family"]
     elsewhere = [name for name in PLACES if name != family]
     names = ["signal", "seeds", "found alone", "follows advice", *(f"in {name}" for name in elsewhere)]
     names += ["no action", "steps", "tokens", "CPU min"]
@@ -409,7 +462,7 @@ def p_greater(ours: Sequence[float], theirs: Sequence[float]) -> float:
 
 def draw(out: Path, plot: Path) -> None:
     """The share of test houses in which the treasure is found without feedback, by updates, with 95 % intervals."""
-    settings = json.loads(next(out.glob("*-*/settings.json")).read_text("utf-8"))
+    settings = settings_of(out)
     titles = {letter: f"({letter}) {signal.title}" for letter, signal in SIGNALS.items()}
     draw_curves(results(out), titles, f"updates, each by {settings['steps']} environment steps", plot)
 
@@ -543,8 +596,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
             else table(options.out)
         ):
             console.print(line)
-        if not (options.pilot or options.tune or options.transcripts):
-            draw(options.out, options.out / "curve.png")
+        if options.rows:
+            pack(options.out, options.rows)
+        drawn = options.out.is_dir() and not (options.pilot or options.tune or options.transcripts)
+        if plot := options.plot or (options.out / "curve.png" if drawn else None):
+            draw(options.out, plot)
     except (ValueError, FloatingPointError, OSError) as error:
         raise SystemExit(f"{error}") from None
     except KeyboardInterrupt:
@@ -575,8 +631,8 @@ def _work(options: argparse.Namespace, console: Console) -> None:
             return
         for seed in range(options.seeds):  # seed by seed, so that an early end has all signals of some seeds
             for letter in (BASE, *letters):
-                own = {name: rate for name, rate in rates.items() if name in (FORMAT, letter)}
-                play(Run(options.out, letter, seed, settings | {"rates": own}), learner, f"({letter}) seed {seed}", bars)
+                own = {"rates": {name: rate for name, rate in rates.items() if name in (FORMAT, letter)}}
+                play(Run(options.out, letter, seed, settings | own), learner, f"({letter}) seed {seed}", bars)
 
 
 def play(run: Run, learner: "Learner", title: str, bars: Progress) -> None:
@@ -603,7 +659,13 @@ def follow(bars: Progress, title: str, updates: int) -> Callable[[int, str], Non
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", type=Path, required=True, help="folder of the rows, checkpoints, table and curve")
+    parser.add_argument(
+        "--out", type=Path, required=True, help="folder of the rows, checkpoints and curve, or a file of --rows"
+    )
+    parser.add_argument(
+        "--rows", type=Path, metavar="FILE", help="write the rows that the table is made of into a file"
+    )
+    parser.add_argument("--plot", type=Path, metavar="FILE", help="where to draw the curve; default: OUT/curve.png")
     parser.add_argument(
         "--signals", nargs="+", default=["a", "b", "d", "f"], choices=[*SIGNALS], help="default: a b d f"
     )

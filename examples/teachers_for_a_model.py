@@ -96,6 +96,7 @@ from learn_from_words import (
     interval_of,
     number,
     p_greater,
+    pack,
     pilot,
     play,
     references,
@@ -470,6 +471,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
             lines = table(options.out)
         for line in lines:
             console.print(line)
+        if options.rows:
+            pack(options.out, options.rows, [*TEACHERS])
         if options.plot:
             titles = {name: f"{name}: {teaching.title}" for name, teaching in TEACHERS.items()}
             draw_curves(results(options.out, [*TEACHERS]), titles, "updates", options.plot)
@@ -508,7 +511,12 @@ def _work(options: argparse.Namespace, console: Console) -> list[str]:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", type=Path, required=True, help="folder of the rows and checkpoints")
+    parser.add_argument(
+        "--out", type=Path, required=True, help="folder of the rows and checkpoints, or a file of --rows"
+    )
+    parser.add_argument(
+        "--rows", type=Path, metavar="FILE", help="write the rows that the table is made of into a file"
+    )
     parser.add_argument("--stage", type=int, default=1, choices=[*STAGES], help="default: 1")
     parser.add_argument(
         "--teachers", nargs="+", default=[*TEACHERS], choices=[*TEACHERS], help="of the stage; default: all"

@@ -217,7 +217,7 @@ def store(out, policies, seeds=3, worlds=40):
     for letter, policy in policies.items():
         for seed in range(seeds):
             town = Town("gridworld", seed)
-            run = program.Run(out, letter, seed, {"family": "gridworld", "steps": 32})
+            run = program.Run(out, letter, seed, {"family": "gridworld", "steps": 32, "worlds": worlds})
             run.check()
             played = town.play(policy(town), town.seeds(HELD_OUT, worlds), hears=True, feedback="n")
             more = {"test": "alone", "family": "gridworld", "last": True}
@@ -243,10 +243,27 @@ def test_the_table_is_computed_from_the_rows_alone(tmp_path):
     program.draw(tmp_path, tmp_path / "curve.png")
     assert (tmp_path / "curve.png").stat().st_size > 5_000
     assert len([line for line in program.transcripts(tmp_path) if line.startswith("after: 'Response: ")]) == 30
+    packed = tmp_path / "rows.jsonl"
+    program.pack(tmp_path, packed)
+    assert program.table(packed) == lines
+    assert program.transcripts(packed) == program.transcripts(tmp_path)
+    program.main(["--out", f"{packed}", "--table", "--plot", f"{tmp_path / 'again.png'}"])
+    assert (tmp_path / "again.png").read_bytes() == (tmp_path / "curve.png").read_bytes()
     # A run that has not ended is not in the table.
     rows = Rows(tmp_path / "b-2/rows.jsonl")
     rows.cut(rows.end - len('{"kind": "end"}\n'))
     assert any("(b) against (a): not judged, 2 common seeds of at least 3" in line for line in program.table(tmp_path))
+
+
+def test_a_file_with_a_doubled_or_missing_test_is_refused(tmp_path):
+    store(tmp_path, {"b": lambda town: lawful(town.world.law)}, seeds=1)
+    packed = tmp_path / "rows.jsonl"
+    program.pack(tmp_path, packed)
+    whole = packed.read_text("utf-8").splitlines(keepends=True)
+    for changed in ([*whole[:-1], whole[-2], whole[-1]], [*whole[:-2], whole[-1]]):
+        packed.write_text("".join(changed), "utf-8")
+        with pytest.raises(ValueError, match="must have 40 last tests of b-0, each of another world, got "):
+            program.table(packed)
 
 
 def test_chance_does_not_win(tmp_path):

@@ -133,7 +133,7 @@ def houses_of_tests(seed):
 def plant(out, name, stage, shares, words=200, worlds=50):
     """Finished runs of a stage with these shares of found treasures."""
     for seed, found in zip(program.STAGES[stage], shares, strict=True):
-        run = program.Taught(out, name, seed, {"family": "gridworld", "steps": 32})
+        run = program.Taught(out, name, seed, {"family": "gridworld", "steps": 32, "worlds": worlds})
         run.check()
         house = {"kind": "house", "update": 3, "mistaken": True, "said": "", "words": words, "target": True}
         test = {"kind": "test", "update": 15, "test": "alone", "family": "gridworld", "last": True, "failure": None}
@@ -228,6 +228,16 @@ def test_the_table_is_of_the_stored_rows(tmp_path, capsys):
     (tmp_path / "ruler-1/rows.jsonl").unlink()
     program.main(["--out", f"{tmp_path}", "--table"])
     assert "Nothing is judged yet: all runs of stage 1 must have ended, missing: ruler-1" in capsys.readouterr().out
+
+
+def test_a_file_of_the_rows_has_the_same_table(tmp_path, capsys):
+    plant(tmp_path, "early", 1, [0.4, 0.6], worlds=5)
+    rows = tmp_path / "rows.jsonl"
+    program.main(["--out", f"{tmp_path}", "--table", "--rows", f"{rows}"])
+    printed = capsys.readouterr().out
+    assert "0.50" in printed
+    program.main(["--out", f"{rows}", "--table"])
+    assert capsys.readouterr().out == printed
 
 
 def test_a_stage_without_runs_is_refused(tmp_path):
