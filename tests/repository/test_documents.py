@@ -299,13 +299,6 @@ def test_a_document_needs_markers_for_tables(text):
         update(text)
 
 
-def test_the_model_that_is_trained_in_thirty_lines():
-    """The page's code, and the example's, which draws the page's picture."""
-    code = python_blocks()["train-a-model-0"]
-    assert len([line for line in code.splitlines() if line]) <= 30
-    assert code in (ROOT / "examples" / "train_a_model.py").read_text(encoding="utf-8")
-
-
 def test_links_lead_somewhere():
     assert len(LINKED) > len(DOCUMENTS)
     for path in LINKED:

@@ -283,14 +283,6 @@ def test_a_choice_of_bits(tmp_path):
     assert re.search(r"\| (wins|loses|equal|undecided) \|$", first, re.MULTILINE)
 
 
-def test_a_model_learns_what_the_teachers_words_mean(tmp_path):
-    out = printed("train_a_model", "--plot", tmp_path / "plot.png")
-    curve = [float(share) for share in out.split()[1:]]
-    assert len(curve) == 20
-    assert curve[0] < 0.2 < 0.8 < curve[-1]
-    assert (tmp_path / "plot.png").stat().st_size > 10_000
-
-
 @pytest.mark.full
 def test_check_suite(tmp_path):
     """Each known defect takes its ability away, and no other that does not rest on it; chance may spoil one cell."""
