@@ -18,15 +18,15 @@ without a teacher is computed for the very worlds of the test: by chance, throug
 **Signals**, each with the same environment steps and the same optimizer steps: (a) the reward alone, GRPO in groups of
 4; (b) SFT on the action that the advice (fp) names, as the schema's claims read it; (c) DPO on pairs of a praised (hp)
 and a blamed (hn) answer, in groups of 4; (d) SFT on the model's own answers with the advice in its prompt that were
-praised, both with that prompt and without the advice (as in arXiv 2601.20802 and 2602.02482, with praise as the
-filter); (e) as (b), with the teacher `misaligned`, whose words are true of other houses; (f) SFT on random legal
+praised, both with that prompt and without the advice (in the spirit of arXiv 2601.20802 and 2602.02482, with praise as
+the filter); (e) as (b), with the teacher `misaligned`, whose words are true of other houses; (f) SFT on random legal
 actions: the format alone. Feedback is in the model's prompt in (d) alone. Every run begins with 3 updates of (f), since
 SmolLM2-135M answers with no action at all, so that nothing could be rewarded, praised or blamed; they count as updates.
 An update has 32 environment steps, and 4 optimizer steps on at most as many examples, of (c) and (d) half as many pairs
 and answers.
 
-**Seeds.** Training seed k is town k, its own houses, and its own adapter and draws: k = 0, 1, 2 (and 3, 4, with five
-seeds); laws: cellar, kitchen, library, hall, bathroom. All signals of a seed share the town, the houses and the tests.
+**Seeds.** Training seed k is town k, its own houses of training, its own adapter and draws: k = 0, 1, 2 (and 3, 4, with
+five seeds); laws: cellar, kitchen, library, hall, bathroom. All signals of a seed share town, houses and tests.
 Tests are 100 houses from seed 10,000,000 on (the first 50 of them along the way), in the fourth paraphrase of each
 claim and the voice `curt`; training has the first three paraphrases and the voice `plain`. Learning rates are the
 defaults below, or those that `--tune` chooses in town 6 (attic), which no judged run plays: for each signal the one of
@@ -52,14 +52,20 @@ words lose to rewards.
 **Secondary, without a verdict.** (b) minus (e): what the truth of words is worth. The share of test houses in which the
 model does what advice in its prompt says, in the held-out voice; and that share in families that it was never trained
 in: bandits, movies, ALFWorld, 24 worlds each, before and after. Environment steps, tokens and CPU minutes.
+
+**Noted after the runs.** The houses of the tests have the same seeds in all towns, so that only the names of their
+rooms differ: intervals say nothing of other houses. A test with advice does not show by itself that advice is followed,
+since who knows the law does the same: hence the column of the houses that were missed alone. Equal environment steps
+are not equal houses: groups of 4 see a quarter as many. Differences that are all equal have the p of a sign test.
 """
 
 import argparse
 import hashlib
 import json
+import math
 import tempfile
 import time
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -105,6 +111,7 @@ BASE = "base"
 LEVEL, LEAST, TINY = 0.05, 3, 1e-9
 """Level of the tests, seeds that a comparison needs, and what counts as no difference."""
 RATES_FILE = "rates.json"
+SETTINGS = "settings"
 TRANSCRIPTS = 10
 PACKED = ("kind", "update", "seed", "answer", "success", "failure", "follows", "test", "family", "last")
 """Fields of a test in a file of rows."""
@@ -120,6 +127,8 @@ class Run:
 
     advised = True
     """Whether the last test is also played with advice in the prompt."""
+    tests_from = HELD_OUT
+    """First seed of the worlds of its tests."""
 
     def __init__(self, out: Path, signal: str, seed: int, settings: Mapping[str, Any], town: int | None = None) -> None:
         self.signal, self.seed, self.settings = signal, seed, settings
@@ -255,7 +264,7 @@ class Run:
     def _tests(self, learner: "Learner", update: int, last: bool, test: str, town: Town, count: int) -> None:
         steps = town.play(
             lambda conversations: learner.answer(conversations, town.place.longest, sample=False),
-            town.seeds(HELD_OUT, count),
+            town.seeds(self.tests_from, count),
             hears=True,
             feedback="n" if test == "alone" else "fp",
             voice=HELD_OUT_VOICE,
@@ -284,65 +293,111 @@ def finished(rows: Sequence[Mapping[str, Any]]) -> bool:
 
 
 def results(out: Path, signals: Sequence[str] = (BASE, *SIGNALS)) -> dict[str, dict[int, list[dict[str, Any]]]]:
-    """The rows of the finished runs, by signal and training seed.
+    """The checked rows of the finished runs, by signal and training seed; the first row of a run has its settings.
 
     Args:
         out: the folder of the runs, or a file of `pack`.
         signals: which ones.
 
     Raises:
-        ValueError: a file has other tests than its settings say.
+        ValueError: rows are missing, doubled or no rows of such runs; runs have other settings or worlds than others.
     """
     found: dict[str, dict[int, list[dict[str, Any]]]] = defaultdict(dict)
+    first: dict[str, Any] = {}
     for name, rows in (_unpacked(out) if out.is_file() else _of_folders(out)).items():
         signal, _, seed = name.rpartition("-")
-        if signal in signals and seed.isdecimal() and finished(rows):
+        if signal in signals and seed.isdecimal():
+            try:
+                fault = _fault(signal, rows) or _difference(first, signal, seed, rows)
+            except (KeyError, TypeError) as error:
+                fault = f"must have rows of these runs, got one without {error}"
+            if fault:
+                raise ValueError(f"{name} in {out} {fault}; run it again, or write the file again with --rows")
             found[signal][int(seed)] = rows
     return dict(found)
 
 
 def _of_folders(out: Path) -> dict[str, list[dict[str, Any]]]:
-    return {folder.name: Rows(folder / "rows.jsonl").read() for folder in sorted(out.glob("*-*"))}
+    runs = {}
+    for folder in sorted(out.glob("*-*")):
+        rows = Rows(folder / "rows.jsonl").read()
+        if finished(rows):
+            settings = json.loads((folder / "settings.json").read_text("utf-8"))
+            runs[folder.name] = [{"kind": SETTINGS} | settings, *_without_steps(rows)]
+    return runs
+
+
+def _without_steps(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Rows of tests and updates; an update says in how many of its worlds the answers were not equally good."""
+    goods: dict[tuple[int, int], set[bool]] = defaultdict(set)
+    for row in rows:
+        if row["kind"] == "step":
+            goods[row["update"], row["seed"]].add(row["success"])
+    mixed = Counter(update for (update, _), good in goods.items() if len(good) > 1)
+    return [
+        row | {"mixed": mixed[row["update"]]} if row["kind"] == "update" else row
+        for row in rows
+        if row["kind"] != "step"
+    ]
 
 
 def _unpacked(file: Path) -> dict[str, list[dict[str, Any]]]:
     runs: dict[str, list[dict[str, Any]]] = defaultdict(list)
     for row in Rows(file).read():
         runs[row.pop("run")].append(row)
-    for name, rows in runs.items():
-        tests = sorted(row["seed"] for row in rows if row["kind"] == "test" and row["last"] and row["test"] == "alone")
-        if len({*tests}) != len(tests) or len(tests) != rows[0].get("worlds"):
-            raise ValueError(
-                f"{file} must have {rows[0].get('worlds')} last tests of {name}, each of another world, "
-                f"got {len(tests)} of {len({*tests})} worlds; write it again with --rows"
-            )
     return runs
+
+
+def _fault(signal: str, rows: Sequence[Mapping[str, Any]]) -> str:
+    """What is wrong with the rows of a run; empty if nothing is."""
+    settings, *_, end = rows
+    if settings["kind"] != SETTINGS or end["kind"] != "end":
+        return "must begin with its settings and have an end"
+    updates = [row["update"] for row in rows if row["kind"] == "update"]
+    if updates != [*range(0 if signal == BASE else settings["updates"])]:
+        return f"must have updates 0 to {settings['updates'] - 1}, each once, got {updates}"
+    tests = [row for row in rows if row["kind"] == "test"]
+    if len({(row["update"], row["test"], row["family"], row["seed"]) for row in tests}) < len(tests):
+        return "must have each test once, got one twice"
+    if (count := len(alone_of(rows))) != settings["worlds"]:
+        return f"must have {settings['worlds']} last tests, got {count}"
+    if any(type(row["success"]) is not bool for row in tests):
+        return "must say of each test whether it succeeded, true or false"
+    if not all(math.isfinite(row[name]) for row in rows if row["kind"] == "update" for name in ("tokens", "cpu")):
+        return "must have finite tokens and CPU seconds"
+    return ""
+
+
+def _difference(first: dict[str, Any], signal: str, seed: str, rows: Sequence[Mapping[str, Any]]) -> str:
+    """How a run differs from the first, and from the first of its training seed; empty if it does not."""
+    compared = {f"{SETTINGS} but for learning rates": {k: v for k, v in rows[0].items() if k != "rates"}}
+    compared[f"worlds of the tests of training seed {seed}"] = sorted(row["seed"] for row in alone_of(rows))
+    for what, value in compared.items():
+        if first.setdefault(what, value) != value:
+            return f"must have the {what} of the other runs, as in {signal}"
+    return ""
 
 
 def settings_of(out: Path) -> dict[str, Any]:
     """The settings of the first run in a folder or in a file of `pack`."""
-    if out.is_file():
-        return Rows(out).read()[0]
-    settings: dict[str, Any] = json.loads(next(out.glob("*-*/settings.json")).read_text("utf-8"))
+    runs = _unpacked(out) if out.is_file() else _of_folders(out)
+    settings: dict[str, Any] = next(iter(runs.values()))[0]
     return settings
 
 
 def pack(out: Path, file: Path, signals: Sequence[str] = (BASE, *SIGNALS)) -> None:
-    """Write what tables, curves and transcripts are made of: the rows of finished runs without their steps."""
+    """Write what tables, curves and transcripts are made of into one file: the rows of finished runs without steps."""
     runs = results(out, signals)
-    first = {name: min(seeds) for name, seeds in runs.items()}
     lines = []
     for name, seeds in runs.items():
         for seed, rows in seeds.items():
-            settings = json.loads((out / f"{name}-{seed}" / "settings.json").read_text("utf-8"))
-            for row in [{"kind": "settings"} | settings, *rows]:
+            for row in rows:
                 if row["kind"] == "test":
-                    kept = [*PACKED, "prompt"] if seed == first[name] and row["test"] == "alone" else PACKED
+                    kept = [*PACKED, "prompt"] if seed == min(seeds) and row["test"] == "alone" else PACKED
                     row = {key: row[key] for key in kept if key in row}
                     if "prompt" in row:
                         row["prompt"] = row["prompt"][-1:]
-                if row["kind"] != "step":
-                    lines.append(json.dumps({"run": f"{name}-{seed}"} | row, ensure_ascii=False) + "\n")
+                lines.append(json.dumps({"run": f"{name}-{seed}"} | row, ensure_ascii=False) + "\n")
     file.write_text("".join(lines), "utf-8")
 
 
@@ -352,11 +407,14 @@ def share(rows: Sequence[Mapping[str, Any]], field: str, **where: Any) -> float 
     return float(np.mean(values)) if values else None
 
 
+def alone_of(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """The last tests without feedback of a run."""
+    return [row for row in rows if row["kind"] == "test" and row["last"] and row["test"] == "alone"]
+
+
 def alone(rows: Sequence[Mapping[str, Any]]) -> float:
     """The primary outcome of a run."""
-    found = share(rows, "success", test="alone", last=True)
-    assert found is not None  # noqa: S101  # `results` has finished runs
-    return found
+    return float(np.mean([row["success"] for row in alone_of(rows)]))
 
 
 def table(out: Path) -> list[str]:
@@ -366,8 +424,9 @@ def table(out: Path) -> list[str]:
         raise ValueError(f"{out} must have finished runs, got none; run it without --table first")
     family = settings_of(out)["family"]
     elsewhere = [name for name in PLACES if name != family]
-    names = ["signal", "seeds", "found alone", "follows advice", *(f"in {name}" for name in elsewhere)]
-    names += ["no action", "steps", "tokens", "CPU min"]
+    names = ["signal", "seeds", "found alone", "commonest answer", "found when advised", "of those missed alone"]
+    names += [f"follows advice in {name}" for name in elsewhere]
+    names += ["groups that differ", "no action", "steps", "tokens", "CPU min"]
     lines = [" | ".join(names), " | ".join("---" for _ in names)]
     for letter in (BASE, *SIGNALS):
         if letter in runs:
@@ -382,22 +441,39 @@ def _cells(letter: str, runs: Mapping[int, list[dict[str, Any]]], family: str, e
         return interval_of([value for value in values if value is not None])
 
     updates = [row for rows in runs.values() for row in rows if row["kind"] == "update"]
-    failed = [
-        row["failure"] is not None
-        for rows in runs.values()
-        for row in rows
-        if row["kind"] == "test" and row["last"] and row["test"] == "alone"
-    ]
+    last = [row for rows in runs.values() for row in alone_of(rows)]
+    commonest = [Counter(row["answer"] for row in alone_of(rows)).most_common(1)[0][1] for rows in runs.values()]
+    turned = [each for rows in runs.values() for each in turned_by_advice(rows, family)]
     title = "before training" if letter == BASE else f"({letter}) {SIGNALS[letter].title}"
     return [
         title,
         f"{len(runs)}",
         mean("success", test="alone"),
-        *(mean("follows", test="advised", family=name) for name in (family, *elsewhere)),
-        f"{np.mean(failed):.0%}",
+        f"{sum(commonest) / len(last):.0%}",
+        mean("success", test="advised", family=family),
+        f"{np.mean(turned):.0%} of {len(turned)}" if turned else "-",
+        *(mean("follows", test="advised", family=name) for name in elsewhere),
+        _mixed(letter, updates, [rows[0] for rows in runs.values()]),
+        f"{np.mean([row['failure'] is not None for row in last]):.0%}",
         *(f"{sum(row[name] for row in updates) / len(runs):,.0f}" for name in ("steps", "tokens")),
         f"{sum(row['cpu'] for row in updates) / 60 / len(runs):,.1f}",
     ]
+
+
+def _mixed(letter: str, updates: Sequence[Mapping[str, Any]], settings: Sequence[Mapping[str, Any]]) -> str:
+    """Of the groups of answers to one prompt, the share in which not all were equally good: others teach nothing."""
+    if letter not in SIGNALS or SIGNALS[letter].group == 1:
+        return "-"
+    own = [row for row in updates if row["update"] >= settings[0]["format"]]
+    groups = sum(row["steps"] for row in own) // SIGNALS[letter].group
+    return f"{sum(row['mixed'] for row in own) / groups:.0%} of {groups}" if groups else "-"
+
+
+def turned_by_advice(rows: Sequence[Mapping[str, Any]], family: str) -> list[bool]:
+    """Of each world of the last tests that was missed without feedback, whether advice in the prompt led to success."""
+    missed = {row["seed"] for row in alone_of(rows) if not row["success"]}
+    advised = [row for row in rows if row["kind"] == "test" and row["last"] and row["test"] == "advised"]
+    return [row["success"] for row in advised if row["family"] == family and row["seed"] in missed]
 
 
 def interval_of(values: Sequence[float]) -> str:
@@ -412,7 +488,7 @@ def references(runs: Mapping[str, Mapping[int, list[dict[str, Any]]]], family: s
     """Success without a teacher in the very worlds of the tests, as further lines of the table."""
     found = []
     for seed, rows in sorted({seed: rows for each in runs.values() for seed, rows in each.items()}.items()):
-        seeds = [row["seed"] for row in rows if row["kind"] == "test" and row["last"] and row["test"] == "alone"]
+        seeds = [row["seed"] for row in alone_of(rows)]
         found.append(Town(family, seed).references(seeds))
     titles = dict(
         zip(
@@ -487,7 +563,7 @@ def draw_curves(
             before = {0: share(runs[BASE][seed], "success", test="alone")} if seed in runs.get(BASE, {}) else {}
             updates = sorted({row["update"] for row in rows if row["kind"] == "test"})
             curves.append(before | {each: share(rows, "success", test="alone", update=each) for each in updates})
-        updates = sorted(curves[0])
+        updates = sorted(set.intersection(*({*curve} for curve in curves)))
         bands = [interval([curve[each] for curve in curves]) for each in updates]
         (line,) = axes.plot(updates, [each[0] for each in bands], marker=".", label=titles[name])
         axes.fill_between(updates, *zip(*(each[1:] for each in bands), strict=True), color=line.get_color(), alpha=0.15)
@@ -511,14 +587,7 @@ def transcripts(out: Path) -> list[str]:
     runs, lines = results(out), []
     for letter in [each for each in SIGNALS if each in runs]:
         seed = min(runs[letter])
-        tests = [
-            [
-                row
-                for row in runs.get(name, {}).get(seed, [])
-                if row["kind"] == "test" and row["last"] and row["test"] == "alone"
-            ]
-            for name in (BASE, letter)
-        ]
+        tests = [alone_of(runs.get(name, {}).get(seed, [])) for name in (BASE, letter)]
         lines.append(f"## ({letter}) {SIGNALS[letter].title}, seed {seed}")
         for before, after in list(zip(*tests, strict=False))[:TRANSCRIPTS]:
             lines += ["", after["prompt"][-1]]
@@ -597,6 +666,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         ):
             console.print(line)
         if options.rows:
+            if not options.out.is_dir():
+                raise ValueError(f"--rows needs a folder of runs as --out, got {options.out}")
             pack(options.out, options.rows)
         drawn = options.out.is_dir() and not (options.pilot or options.tune or options.transcripts)
         if plot := options.plot or (options.out / "curve.png" if drawn else None):

@@ -11,7 +11,7 @@ commands share a folder. `--table` prints the table from the stored rows alone, 
 follows was written before any training that it judges.
 
 **Worlds and tests** are those of `learn_from_words.py`: one move in a house of a town, held-out houses, phrasing and
-voice, no feedback in the prompt.
+voice, no feedback in the prompt. The tests of training seed k have houses from seed 10,000,000 + 1,000,000 k on.
 
 **From words to targets.** In each house of training a teacher may speak before the move. A reader, the built-in student
 `reasoner(worlds=256, forget=False)`, has the plan of the house, hears the claims of the sentences and never sees the
@@ -104,7 +104,7 @@ from learn_from_words import (
 )
 from rich.console import Console
 from rich.progress import Progress
-from word_signals import Town, imitated, response
+from word_signals import HELD_OUT, Town, imitated, response
 
 from llf_teacher import make
 from llf_teacher.studies.analysis.statistics import holm
@@ -263,6 +263,11 @@ class Taught(Run):
     """A run whose signal is a teacher of `TEACHERS`."""
 
     advised = False
+
+    @property
+    def tests_from(self) -> int:  # type: ignore[override]
+        """First seed of the worlds of its tests, other houses in each town."""
+        return HELD_OUT + 1_000_000 * self.town.number
 
     def go(self, learner: "Learner", step: Callable[[int, str], object] = lambda *_: None) -> None:
         """As in `Run`; what was said before an interruption is said to the reader again."""

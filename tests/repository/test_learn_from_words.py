@@ -1,5 +1,6 @@
 """Learning from words, as far as it needs no model: worlds, labels, rows and table."""
 
+import json
 import sys
 from pathlib import Path
 
@@ -217,13 +218,16 @@ def store(out, policies, seeds=3, worlds=40):
     for letter, policy in policies.items():
         for seed in range(seeds):
             town = Town("gridworld", seed)
-            run = program.Run(out, letter, seed, {"family": "gridworld", "steps": 32, "worlds": worlds})
+            run = program.Run(
+                out, letter, seed, {"family": "gridworld", "updates": 1, "format": 1, "steps": 32, "worlds": worlds}
+            )
             run.check()
             played = town.play(policy(town), town.seeds(HELD_OUT, worlds), hears=True, feedback="n")
             more = {"test": "alone", "family": "gridworld", "last": True}
             tests = [program.row_of(step, "test", 2) | more | {"prompt": ["", "?"]} for step in played]
             update = {"kind": "update", "update": 0, "steps": 32, "tokens": 100, "cpu": 60.0}
-            run.rows.add([update, *tests, {"kind": "end"}])
+            updates = [] if letter == program.BASE else [update]
+            run.rows.add([*updates, *tests, {"kind": "end"}])
 
 
 def test_the_table_is_computed_from_the_rows_alone(tmp_path):
@@ -255,15 +259,43 @@ def test_the_table_is_computed_from_the_rows_alone(tmp_path):
     assert any("(b) against (a): not judged, 2 common seeds of at least 3" in line for line in program.table(tmp_path))
 
 
-def test_a_file_with_a_doubled_or_missing_test_is_refused(tmp_path):
-    store(tmp_path, {"b": lambda town: lawful(town.world.law)}, seeds=1)
+def doubled(rows):
+    return [*rows[:-1], rows[-2], rows[-1]]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (doubled, "must have each test once, got one twice"),
+        (lambda rows: [*rows[:-2], rows[-1]], "must have 20 last tests, got 19"),
+        (lambda rows: rows[:-1], "must begin with its settings and have an end"),
+        (
+            lambda rows: [row for row in rows if row["kind"] != "update"],
+            r"must have updates 0 to 0, each once, got \[\]",
+        ),
+        (lambda rows: [*rows[:-2], rows[-2] | {"success": 50}, rows[-1]], "must say of each test whether it succeeded"),
+        (
+            lambda rows: [*rows[:-2], {"run": "b-1", "kind": "test"}, rows[-1]],
+            "must have rows of these runs, got one without 'update'",
+        ),
+        (lambda rows: [{**row, "tokens": float("nan")} for row in rows], "must have finite tokens and CPU seconds"),
+        (
+            lambda rows: [rows[0] | {"updates": 1, "steps": 64}, *rows[1:]],
+            "must have the settings but for learning rates",
+        ),
+        (lambda rows: [*rows[:-2], rows[-2] | {"seed": 1}, rows[-1]], "must have the worlds of the tests of"),
+    ],
+)
+def test_rows_that_would_change_a_verdict_are_refused(tmp_path, change, message):
+    store(tmp_path, dict.fromkeys("ab", lambda town: lawful(town.world.law)), seeds=2, worlds=20)
     packed = tmp_path / "rows.jsonl"
     program.pack(tmp_path, packed)
-    whole = packed.read_text("utf-8").splitlines(keepends=True)
-    for changed in ([*whole[:-1], whole[-2], whole[-1]], [*whole[:-2], whole[-1]]):
-        packed.write_text("".join(changed), "utf-8")
-        with pytest.raises(ValueError, match="must have 40 last tests of b-0, each of another world, got "):
-            program.table(packed)
+    rows = Rows(packed).read()
+    of_b = [row for row in rows if row["run"] == "b-1"]
+    changed = [row for row in rows if row["run"] != "b-1"] + change(of_b)
+    packed.write_text("".join(json.dumps(row) + "\n" for row in changed), "utf-8")
+    with pytest.raises(ValueError, match=f"b-1 in .*rows.jsonl {message}"):
+        program.table(packed)
 
 
 def test_chance_does_not_win(tmp_path):
