@@ -126,7 +126,7 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
     _truth: Truth = None  # type: ignore[assignment]  # before the first reset
     _views: dict[int, tuple[npt.NDArray[np.int8], npt.NDArray[np.int8]]]  # by room; a turn is an eighth longer without
     action_words = MappingProxyType(dict(zip(_NAMES, DIRECTIONS, strict=True)))
-    action_fillers = ("head", "move", "walk", "step", "way", "door", "side", "direction", "through")
+    action_fillers = ("head", "move", "turn", "walk", "step", "way", "door", "side", "direction", "through")
     answer_names = ("direction",)
     action_syntax = "one of north, east, west, south, or its number (0, 1, 2, 3)"
 

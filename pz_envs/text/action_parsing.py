@@ -37,6 +37,8 @@ _BULLET = re.compile(r"(?:[>#*\u2022-]+|[-=]>|\u2192)[ \t]+|[0-9]{1,2}[.)][ \t]+
 _DUTY = re.compile(  # "you go north" may tell a story, and "I have 3" count
     r"\b(?:you (?=(?:should|must|need to)\b)|(?:have |need |decided )+(?=to\b))", re.IGNORECASE
 )
+_PURPOSE = re.compile(r"to (?!the\b)\w+ [^,]*,", re.IGNORECASE)  # as in `to move south, you go east`
+_WHEN = re.compile(r"\bfor (?:my|your|the|this) (?:next )?(?:turn|time|step|round)\b,?", re.IGNORECASE)
 _BEHIND = words(
     """the my now next then first please again here from instead answer choice this is it turn time final best better
     too good right correct direction way action move"""
@@ -173,9 +175,11 @@ def read_sentence(text: str, world: World[Any], depth: int = 0) -> Any:
     Raises:
         TwoActions: a remark behind the action names another one.
     """
-    text = _DUTY.sub("I ", _bare(text))
+    text = _DUTY.sub("I ", _WHEN.sub("", _bare(text)))
     clauses = () if _CONDITION.match(text) else _OWN_CLAUSE.finditer(text)
-    begins = [0, *(clause.end() for clause in clauses)]
+    begins = [clause.end() for clause in clauses]
+    if not _PURPOSE.match(text):
+        begins.insert(0, 0)
     if (own := _AND.match(text.replace("\u2019", "'"))) and not _DENIAL.search(own[0]):
         begins.append(own.end())
     return next((found for begin in begins if (found := _chosen(text[begin:], world, depth)) is not None), None)
@@ -189,6 +193,8 @@ def _chosen(text: str, world: World[Any], depth: int = _DEPTH) -> Any:
             if (action := exact_action(text[word.start() : last.end()], world, depth)) is not None:
                 return action if _fits(text[last.end() :], action, world) else None
         said = text[word.start() : word.end()].strip(f"{_AROUND}.").replace("\u2019", "'").lower()
+        if said == "first" and text[word.end() :].lstrip()[:1].isdigit():  # as in `the first 4`, a count
+            return None
         if said and said not in _own(PLAIN, world):
             return None
     return None

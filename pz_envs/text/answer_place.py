@@ -36,7 +36,7 @@ PLAIN = words(
     shall want plan think propose suggest recommend prefer choose pick select take try use using go
     going do make stick follow following teacher's advice to and with again now then next first instead here here's so
     thus hence therefore just definitely certainly simply please sure ok okay yes well best better final correct right
-    optimal good chosen option number decision answer response action move command choice - \u2013 :"""
+    indeed optimal good chosen option number decision answer response action move command choice - \u2013 :"""
 )
 """Words before an action, or a label, that only say that it is chosen."""
 _THOUGHTS = "thoughts?|thinking|reasoning|reasons?|explanation|rationale|justification|note|why"
@@ -88,7 +88,7 @@ def unmarked(text: str) -> str:
 def _labels(names: tuple[str, ...], verbatim: bool) -> re.Pattern[str]:
     own = "|".join(map(re.escape, names)) or "(?!)"
     nouns, plain = "|".join(NOUNS), "|".join(map(re.escape, sorted(PLAIN, reverse=True)))
-    before = rf"(?:(?:{plain})[,.!]?[ \t]+){{0,6}}"
+    before = rf"(?:(?:{plain}|you)[,.!]?[ \t]+){{0,6}}"
     colon = r"(?:[ \t]+is)?[*_`]*[ \t]*[:=\uff1a][*_`]*"
     at_line = rf"^{_MARKS}{before}"
     if verbatim:  # the name of a poem is alone on its line
