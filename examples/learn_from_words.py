@@ -557,17 +557,19 @@ def draw_curves(
     import matplotlib.pyplot as plt
 
     figure, axes = plt.subplots(figsize=(7, 4), layout="constrained")
+    updates: list[int] = []
     for name in [each for each in titles if each in runs]:
         curves = []
         for seed, rows in runs[name].items():
             before = {0: share(runs[BASE][seed], "success", test="alone")} if seed in runs.get(BASE, {}) else {}
-            updates = sorted({row["update"] for row in rows if row["kind"] == "test"})
-            curves.append(before | {each: share(rows, "success", test="alone", update=each) for each in updates})
+            tested = {row["update"] for row in rows if row["kind"] == "test"}
+            curves.append(before | {each: share(rows, "success", test="alone", update=each) for each in tested})
         updates = sorted(set.intersection(*({*curve} for curve in curves)))
         bands = [interval([curve[each] for curve in curves]) for each in updates]
-        (line,) = axes.plot(updates, [each[0] for each in bands], marker=".", label=titles[name])
-        axes.fill_between(updates, *zip(*(each[1:] for each in bands), strict=True), color=line.get_color(), alpha=0.15)
-    axes.set(xlabel=along, ylabel="found without feedback", ylim=(0, 1))
+        means, lows, highs = np.array(bands).T
+        places = np.array(updates) + 0.25 * list(titles).index(name)  # beside each other
+        axes.errorbar(places, means, (means - lows, highs - means), marker=".", capsize=2, label=titles[name])
+    axes.set(xlabel=along, ylabel="found without feedback", ylim=(-0.02, 1.02), xticks=updates)
     axes.legend(frameon=False)
     figure.savefig(plot, dpi=110)
     plt.close(figure)
