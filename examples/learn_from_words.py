@@ -335,7 +335,7 @@ def _without_steps(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
             goods[row["update"], row["seed"]].add(row["success"])
     mixed = Counter(update for (update, _), good in goods.items() if len(good) > 1)
     return [
-        row | {"mixed": mixed[row["update"]]} if row["kind"] == "update" else row
+        {**row, "mixed": mixed[row["update"]]} if row["kind"] == "update" else row
         for row in rows
         if row["kind"] != "step"
     ]
@@ -344,6 +344,8 @@ def _without_steps(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
 def _unpacked(file: Path) -> dict[str, list[dict[str, Any]]]:
     runs: dict[str, list[dict[str, Any]]] = defaultdict(list)
     for row in Rows(file).read():
+        if not isinstance(row, dict) or "run" not in row:
+            raise ValueError(f"{file} must have rows that --rows wrote, each with the name of its run, got {row!s:.60}")
         runs[row.pop("run")].append(row)
     return runs
 
@@ -370,8 +372,10 @@ def _fault(signal: str, rows: Sequence[Mapping[str, Any]]) -> str:
 
 def _difference(first: dict[str, Any], signal: str, seed: str, rows: Sequence[Mapping[str, Any]]) -> str:
     """How a run differs from the first, and from the first of its training seed; empty if it does not."""
-    compared = {f"{SETTINGS} but for learning rates": {k: v for k, v in rows[0].items() if k != "rates"}}
-    compared[f"worlds of the tests of training seed {seed}"] = sorted(row["seed"] for row in alone_of(rows))
+    compared: dict[str, Any] = {
+        f"{SETTINGS} but for learning rates": {k: v for k, v in rows[0].items() if k != "rates"},
+        f"worlds of the tests of training seed {seed}": sorted(row["seed"] for row in alone_of(rows)),
+    }
     for what, value in compared.items():
         if first.setdefault(what, value) != value:
             return f"must have the {what} of the other runs, as in {signal}"
@@ -393,7 +397,7 @@ def pack(out: Path, file: Path, signals: Sequence[str] = (BASE, *SIGNALS)) -> No
         for seed, rows in seeds.items():
             for row in rows:
                 if row["kind"] == "test":
-                    kept = [*PACKED, "prompt"] if seed == min(seeds) and row["test"] == "alone" else PACKED
+                    kept = (*PACKED, "prompt") if seed == min(seeds) and row["test"] == "alone" else PACKED
                     row = {key: row[key] for key in kept if key in row}
                     if "prompt" in row:
                         row["prompt"] = row["prompt"][-1:]

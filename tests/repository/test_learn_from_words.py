@@ -296,6 +296,9 @@ def test_rows_that_would_change_a_verdict_are_refused(tmp_path, change, message)
     packed.write_text("".join(json.dumps(row) + "\n" for row in changed), "utf-8")
     with pytest.raises(ValueError, match=f"b-1 in .*rows.jsonl {message}"):
         program.table(packed)
+    packed.write_text('{"kind": "test"}\n', "utf-8")
+    with pytest.raises(ValueError, match="must have rows that --rows wrote, each with the name of its run, got "):
+        program.table(packed)
 
 
 def test_chance_does_not_win(tmp_path):
