@@ -1,5 +1,6 @@
 """A scripted OpenAI-compatible endpoint on this computer, for tests without a model and without costs."""
 
+import itertools
 import json
 import threading
 import time
@@ -55,7 +56,8 @@ class ScriptedEndpoint:
 
         self._server = _Server(("127.0.0.1", 0), Handler)
         self._lock = threading.Lock()
-        self.url = f"http://127.0.0.1:{self._server.server_port}/v1"
+        # Its own path: a port comes again, and answers may be kept by address.
+        self.url = f"http://127.0.0.1:{self._server.server_port}/{next(_NUMBERS)}/v1"
 
     def _serve(self, handler: BaseHTTPRequestHandler) -> None:
         request = json.loads(handler.rfile.read(int(handler.headers["Content-Length"])))
@@ -96,6 +98,7 @@ class _Server(ThreadingHTTPServer):
     request_queue_size = 1024  # connections that may wait at once
 
 
+_NUMBERS = itertools.count(1)
 _STREAM = (("Content-Type", "text/event-stream"),)
 
 

@@ -8,6 +8,7 @@ import sys
 import time
 from datetime import UTC, datetime
 from pathlib import Path
+from urllib.parse import urlsplit
 
 import pytest
 from design import amount
@@ -53,6 +54,12 @@ def test_an_answer_is_paid_once(tmp_path):
     assert server.requests == [REQUEST]
     assert server.keys == [f"Bearer {KEY}"]
     assert ledger(tmp_path / "c.db") == [(3, 6, pytest.approx(63e-6))]
+
+
+def test_no_two_scripted_endpoints_have_one_address():
+    """Else an answer that is kept by address came from an earlier endpoint, when the system gives a port again."""
+    with ScriptedEndpoint(lambda request: NORTH) as one, ScriptedEndpoint(lambda request: NORTH) as other:
+        assert urlsplit(one.url).path != urlsplit(other.url).path
 
 
 def test_the_key_of_the_cache_is_all_of_the_request_and_not_the_secret(tmp_path):

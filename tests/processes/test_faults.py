@@ -103,7 +103,7 @@ def test_no_task_is_lost_with_a_process_that_ends_as_soon_as_it_takes_one(folder
     read = PoolManager.process_next_message
 
     def late(self, timeout):
-        time.sleep(0.2)
+        time.sleep(0.4)
         return read(self, timeout)
 
     monkeypatch.setattr(PoolManager, "process_next_message", late)

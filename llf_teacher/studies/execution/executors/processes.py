@@ -33,26 +33,38 @@ from llf_teacher.studies.execution.executors import (
 from llf_teacher.studies.execution.executors.batches import Batches, in_batches
 
 _LEFT = 78  # instead of 0: exit status of a worker that ended unexpectedly
-_LOOKS = 10  # how often the pool looks for a process that has ended by itself, every 0.1 seconds, before it is gone
+_LOOKS = 5  # how often the pool looks for a process that has ended by itself, with all messages read, before it is gone
 _BROKEN = 3  # consecutive failures to start a process
 _GUARD = 'put what a script does under `if __name__ == "__main__":`, or play in this process by workers=1'
 
 
 class _Worker(SpawnProcess):
-    """A process that plays."""
+    """A process that plays.
+
+    Args:
+        unread: whether messages of processes wait to be read.
+    """
 
     _stopped = False
     _looks = 0
 
-    def is_alive(self) -> bool:
-        """Whether it runs, or has ended by itself a moment ago.
+    def __init__(self, unread: Callable[[], bool], *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        self._unread = unread
 
-        The pool fails the task of a process that is gone. Which task that is, the process says when it takes it; if the
-        pool looked for the process before it read that, it would wait for the task for ever.
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in vars(self).items() if name != "_unread"}  # which is the parent's
+
+    def is_alive(self) -> bool:
+        """Whether it runs, or its last message may not have been read.
+
+        The pool looks every 0.1 seconds, and fails the task of a process that is gone. Which task that is, the process
+        says when it takes it; if the pool looked for the process before it read that, it would wait for the task for
+        ever.
         """
         if super().is_alive() or self.pid is None:
             return super().is_alive()
-        self._looks += 1
+        self._looks += not self._unread()
         return not self._stopped and self._looks < _LOOKS
 
     def terminate(self) -> None:
@@ -87,11 +99,19 @@ class _Context(SpawnContext):
     def __init__(self) -> None:
         super().__init__()
         self.processes: list[_Worker] = []
+        self.pool: ProcessPool | None = None
 
     def Process(self, *args: Any, **options: Any) -> _Worker:  # type: ignore[override]  # noqa: N802 (both as there)
         self.processes = [process for process in self.processes if process.is_alive()]
-        self.processes.append(_Worker(*args, **options))
+        self.processes.append(_Worker(self._unread, *args, **options))
         return self.processes[-1]
+
+    def _unread(self) -> bool:
+        channel = self.pool and self.pool._pool_manager.worker_manager.pool_channel  # as in pebble 5.0 to 5.2
+        try:
+            return bool(channel and channel.poll(0))
+        except OSError:  # the pool has closed it
+            return False
 
 
 def _check_guard() -> None:
@@ -138,6 +158,7 @@ class _Processes(Generic[T, R]):
         self._context = _Context()
         given = (self._work.begin, self._over)
         self._pool = ProcessPool(self._workers, initializer=_begin, initargs=given, context=self._context)
+        self._context.pool = self._pool
 
     def submit(self, task: T) -> None:
         self._tasks[self._pool.schedule(partial(_unless_over, self._work.call), args=(task,))] = task
