@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from functools import cache
 from itertools import islice
 from typing import Any
@@ -20,6 +20,7 @@ __all__ = [
     "in_json",
     "names_any",
     "on_first_line",
+    "only_named",
     "read_sentence",
     "taken_back",
     "text_in",
@@ -73,6 +74,29 @@ _CHANGED = words(
     inverted negated flipped wrong incorrect rejected forbidden not"""
 )
 """Words of a short remark that make an action another."""
+_TO_DO = re.compile(
+    r"""\b(?:go|going|head|heading|mov(?:e|ing)|walk(?:ing)?|proceed|continue|take|taking|choos(?:e|ing)|pick|select
+    |pull(?:ing)?|play|watch|propos(?:e|ing)|recommend|try|use|make|do|follow|enter|put|push|send|say|give|should|must
+    |way|answer|action|choice|option)\b""",
+    re.IGNORECASE | re.VERBOSE,
+)
+"""Words that say that an action is to be done."""
+_NOT_TO_DO = re.compile(
+    r"""\b(?:not|never|no|none|nothing|nobody|nowhere|cannot|neither|nor|without|except|than|instead|but|only|against|away
+      |avoid\w*|stop|refuse
+      |or|either|if|unless|whether|when|while|until|after|before|although|though|however|maybe|perhaps|might|could|may
+      |was|were|had|has|have\ (?!to\b)|did|been|went|came|took|said|told|led|made|got|gave|paid|saw|knew|thought
+      |(?!need|proceed|indeed|advised|suggested|recommended|decided|named|called)[a-z]{2,}ed
+      |there|leads?|lies|seems?|looks?|wrong|bad|worse|worst|mistake|incorrect|reverse|opposite|loss|average|times
+      |less|more|least|most|half|between|too|any\w*|every\w*|each|both|all
+      |(?:from|by|turn|worth)(?:\ the)?\ _|turn\ [0-9]+|[cmk]?m)\b
+    |\bteacher(?:\ \w+)?:|n['\u2019]t\b|\?|\.\.\.|[%=<>+*/\u2208]|\s-\s""",
+    re.IGNORECASE | re.VERBOSE,
+)
+"""Words that deny, doubt, ask, compare, or tell of the past."""
+_REASON = re.compile(r"\W{0,3}(?:because|since)\b", re.IGNORECASE)
+_DIGIT = re.compile(r"\b[0-9]")
+_BEFORE_NUMBER = words("number option is be")
 _SYMBOLS = re.compile(r"[()\[\]'\"?\\{}|/%!$+*^]+")
 _NUMBER = r"[-+]?(?:[0-9]{1,40}(?:\.[0-9]{0,40})?|\.[0-9]{1,40})(?:[eE][-+]?[0-9]{1,5})?"
 _PART = re.compile(
@@ -82,6 +106,7 @@ _BETWEEN = re.compile(r"(?:[\s,;&]|\band\s+(?=\S))+")
 _SIGN = re.compile(r"-\s+[\"']?\.?[0-9]")
 _WORDS = 12  # greatest number of words before an action, and in it
 _SCANNED = 60  # words of a refused text
+_SHORT = 200  # characters of a sentence that is read by what it names alone
 _PARTS = 8  # parts of a remark that may name an action
 _NESTED = 40  # greatest depth of lists and objects within each other
 _DEPTH = 8  # greatest depth of texts within texts
@@ -158,12 +183,7 @@ def taken_back(text: str) -> bool:
 
 def names_any(text: str, world: World[Any]) -> bool:
     """Whether some words of a text, in a row, are an action; the first `_SCANNED` words are read."""
-    for form in (text, _SYMBOLS.sub(" ", text)):
-        found = list(islice(_WORD.finditer(masked(form)), _SCANNED))
-        spans = ((first.start(), last.end()) for at, first in enumerate(found) for last in found[at : at + _WORDS // 2])
-        if any(exact_action(form[begin:end], world) is not None for begin, end in spans):
-            return True
-    return False
+    return any(True for form in (text, _SYMBOLS.sub(" ", text)) for _ in _named(form, world))
 
 
 # Sentences.
@@ -198,6 +218,43 @@ def _chosen(text: str, world: World[Any], depth: int = _DEPTH) -> Any:
         if said and said not in _own(PLAIN, world):
             return None
     return None
+
+
+def only_named(text: str, world: World[Any]) -> Any:
+    """The only action that a short sentence names, if it is to be done and no word says otherwise; None: there is none.
+
+    A number is an action behind a word of the world or a name of an answer; a word is none of a world of texts.
+    """
+    found = [*_named(text, world)] if len(text) <= _SHORT and "\n" not in text else []
+    if not found or any(action != found[0][0] for action, _, _ in found):
+        return None
+    action, begin, end = found[0]
+    said, last = text[begin:end].strip(_ENDS).lower(), found[-1][2]
+    before = text[:begin].lower().split()[-1:]
+    if (said.isalpha() and not world.action_words) or (
+        said.isdigit() and not _BEFORE_NUMBER.union(NOUNS, world.action_fillers, world.answer_names).issuperset(before)
+    ):
+        return None
+    rest = text[:last] if _REASON.match(text, last) else text
+    for _, begin, end in reversed(found):
+        rest = f"{rest[:begin]}_{rest[end:]}"
+    if _NOT_TO_DO.search(rest) or (not world.action_words and _DIGIT.search(rest)):
+        return None
+    return action if _TO_DO.search(rest) else None
+
+
+def _named(text: str, world: World[Any]) -> Iterator[tuple[Any, int, int]]:
+    """Each action that words in a row are, the most words first, with its beginning and end."""
+    found = [*islice(_WORD.finditer(masked(text)), _SCANNED)]
+    at = 0
+    while at < len(found):
+        for last in reversed(range(at, min(at + _WORDS // 2, len(found)))):
+            begin, end = found[at].start(), found[last].end()
+            if (action := exact_action(text[begin:end], world)) is not None:
+                yield action, begin, end
+                at = last
+                break
+        at += 1
 
 
 def _own(plain: frozenset[str], world: World[Any]) -> frozenset[str]:
@@ -341,6 +398,8 @@ def from_json(value: Any, world: World[Any], depth: int = 0) -> Any:
         return None
     text = json.dumps(value)
     action = _word(text, world) if isinstance(world.action_space, spaces.Text) else _legal(value, world)
+    if action is None and isinstance(value, dict) and world.text_items:  # one of a list
+        return _word(json.dumps([value]), world)
     if action is None and isinstance(value, list):  # numbers as texts, or an action in a list
         action = _numbers(text, world)
         return from_json(value[0], world, depth + 1) if action is None and len(value) == 1 else action

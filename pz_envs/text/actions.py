@@ -7,7 +7,9 @@
    last one or the text in a fence, if no sentence is another action.
 5. A sentence is an action if plain words alone stand before it, such as "I go", and if what stands behind it leaves it
    as it is: plain words, a cause, "not ...", or a remark without another action.
-6. An answer that is taken back, as by "Wait, ...", is none, and neither is all else.
+6. Else one of two sentences is the only action that it names, if it says that it is to be done, as by "go", "way" or
+   "should", and no word denies, doubts, asks, compares, or tells of the past.
+7. An answer that is taken back, as by "Wait, ...", is none, and neither is all else.
 
 A text that is taken word for word, such as a poem, is all that stands behind the label, up to a thought, or the whole
 answer.
@@ -27,6 +29,7 @@ from pz_envs.text.action_parsing import (
     in_json,
     names_any,
     on_first_line,
+    only_named,
     read_sentence,
     taken_back,
     text_in,
@@ -192,8 +195,10 @@ def _read(answer: str, world: World[Any]) -> Any:
             return action
     action, rest = on_first_line(said, world) if label else _anywhere("\n" + without_thoughts(said), world)
     if action is None:
+        action, rest = _only_named(first_line(said) if label else without_thoughts(said), world)  # step 6
+    if action is None:
         return failure(_found(answer, world), world, _reason(label, said, world))
-    if taken_back(rest):  # step 6
+    if taken_back(rest):  # step 7
         return failure(_found(answer, world), world, BACK)
     return action
 
@@ -217,6 +222,16 @@ def _anywhere(text: str, world: World[Any]) -> tuple[Any, str]:
     if at and (at[0] == 0 or at[-1] == len(read) - 1):
         return action, text[read[at[-1]][1] :]
     return the_one(exact_action(each, world) for each in fenced(text)), ""  # other sentences may tell a story
+
+
+def _only_named(text: str, world: World[Any]) -> tuple[Any, str]:
+    """The action that the first sentence or the last one of a short text names alone, and what follows it."""
+    said = sentences(text)
+    if len(said) > 2 or _OPENED.match(text):
+        return None, ""
+    read = [only_named(sentence, world) for sentence, _ in said]
+    at = next((number for number in (0, -1) if read and read[number] is not None), None)
+    return (None, "") if at is None else (the_one(read), text[said[at][1] :])
 
 
 def _found(answer: str, world: World[Any]) -> str:
