@@ -86,16 +86,18 @@ _NOT_TO_DO = re.compile(
       |avoid\w*|stop|refuse
       |or|either|if|unless|whether|when|while|until|after|before|although|though|however|maybe|perhaps|might|could|may
       |was|were|had|has|have\ (?!to\b)|did|been|went|came|took|said|told|led|made|got|gave|paid|saw|knew|thought
-      |(?!need|proceed|indeed|advised|suggested|recommended|decided|named|called)[a-z]{2,}ed
       |there|leads?|lies|seems?|looks?|wrong|bad|worse|worst|mistake|incorrect|reverse|opposite|loss|average|times
       |less|more|least|most|half|between|too|any\w*|every\w*|each|both|all
       |(?:from|by|turn|worth)(?:\ the)?\ _|turn\ [0-9]+|[cmk]?m)\b
-    |\bteacher(?:\ \w+)?:|n['\u2019]t\b|\?|\.\.\.|[%=<>+*/\u2208]|\s-\s""",
+    |(?:^\W*|\b(?:i|you|we|he|she|it|they|teacher|that|which|who|already|just|last)\ )(?!need|proceed)[a-z]{2,}ed\b
+    |_\ of\b|\bteacher(?:\ \w+)?:|n['\u2019]t\b|\?|\.\.\.|[%=<>+*/\u2208]|\s-\s""",
     re.IGNORECASE | re.VERBOSE,
 )
 """Words that deny, doubt, ask, compare, or tell of the past."""
 _REASON = re.compile(r"\W{0,3}(?:because|since)\b", re.IGNORECASE)
 _DIGIT = re.compile(r"\b[0-9]")
+_TITLE = re.compile(r"[\"\u201c]([^\"\u201c\u201d]{1,60})[\"\u201d]")
+_PICKED = re.compile(r"\b(?:watch|recommend|suggest|try|choose|pick|take)\s(?:\w+\s)?\Z", re.IGNORECASE)
 _BEFORE_NUMBER = words("number option is be")
 _SYMBOLS = re.compile(r"[()\[\]'\"?\\{}|/%!$+*^]+")
 _NUMBER = r"[-+]?(?:[0-9]{1,40}(?:\.[0-9]{0,40})?|\.[0-9]{1,40})(?:[eE][-+]?[0-9]{1,5})?"
@@ -250,7 +252,11 @@ def _named(text: str, world: World[Any]) -> Iterator[tuple[Any, int, int]]:
     while at < len(found):
         for last in reversed(range(at, min(at + _WORDS // 2, len(found)))):
             begin, end = found[at].start(), found[last].end()
-            if (action := exact_action(text[begin:end], world)) is not None:
+            action = exact_action(text[begin:end], world)
+            if action is None and world.text_items and not world.verbatim and _PICKED.search(text[:begin]):
+                title = _TITLE.fullmatch(text[begin:end].strip(".,;!"))
+                action = _word(json.dumps([title[1]]), world) if title else None  # one of a list
+            if action is not None:
                 yield action, begin, end
                 at = last
                 break

@@ -225,13 +225,13 @@ def _anywhere(text: str, world: World[Any]) -> tuple[Any, str]:
 
 
 def _only_named(text: str, world: World[Any]) -> tuple[Any, str]:
-    """The action that the first sentence or the last one of a short text names alone, and what follows it."""
-    said = sentences(text)
+    """The action that the first or last sentence of a short first paragraph names alone, and what follows it."""
+    said = sentences(text.strip().partition("\n\n")[0])
     if len(said) > 2 or _OPENED.match(text):
         return None, ""
     read = [only_named(sentence, world) for sentence, _ in said]
     at = next((number for number in (0, -1) if read and read[number] is not None), None)
-    return (None, "") if at is None else (the_one(read), text[said[at][1] :])
+    return (None, "") if at is None else (the_one(read), text.strip()[said[at][1] :])
 
 
 def _found(answer: str, world: World[Any]) -> str:
