@@ -49,18 +49,25 @@ _WORD = re.compile(r"[^\s,;:(]+")
 _NEXT = re.compile(r"[\s*_`]*([A-Za-z]+)")
 _OWN_CLAUSE = re.compile(r",\s+(?:\w+\s+)?(?=(?:i|we|let)\b)", re.IGNORECASE)
 _AND = re.compile(r"\A(?:i will|i'll|let's|let me|we will)\b(?:(?!\bif\b)[^,;:])*? and (?=\w+ )", re.IGNORECASE)
-_CONDITION = re.compile(r"\W*(?:if|when|unless|had|were|whether|until|before)\b", re.IGNORECASE)
+_CONDITION = re.compile(
+    r"\W*(?:if|when|unless|had|were|whether|until|before|once|provided|in case|as soon as|suppose)\b", re.IGNORECASE
+)
 _CAUSE = re.compile(
     r"\W{0,3}(?:because|since|as|for|so|which|that|where|in order|to(?! [\[(0-9]|.*\bwas\b))\b", re.IGNORECASE
 )
 _BUT_NOT = re.compile(r"\W{0,3}(?:(?:and |but )?not\b(?!\W*$)|instead of\b|rather than\b)", re.IGNORECASE)
-_DENIAL = re.compile(r"\b(?:not|never|no|cannot|avoid|except|than|instead|but|without)\b|n['\u2019]t\b", re.IGNORECASE)
+_DENIAL = re.compile(
+    r"\b(?:not|never|no|cannot|avoid|except|than|instead|but|without|refuse|skip|doubt|suppose)\b|n['\u2019]t\b",
+    re.IGNORECASE,
+)
 _BACK = re.compile(
     r"""
     (?:^|[.!?;(\n\u2013\u2014-]) \s{0,3} (?:hmm[,.]?\ )?
     (?:no(?=[,.!;)]|\ wait|$)|nope|wait|hold\ on|actually|correction|oops|scratch\ that|never\ ?mind
-      |on\ (?:second\ thought|reflection)|or(?!\ so\b)|i\ meant?|sorry|cancel|disregard|(?:just\ )?kidding|edit(?=:)
-      |alternatively|changed\ my\ mind) \b
+      |on\ (?:second\ thought|reflection)|or(?!\ so\b)|i\ meant?|sorry|cancel|disregard|edit(?=:)
+      |(?:just\ )?(?:kidding|joking)
+      |alternatively|changed\ my\ mind|false|not(?=\s*[.!])|then\ again|however|i\ refuse|this\ is\ a\ lie
+      |i\ will\ not\ (?:take|do|follow)\ (?:it|that|this)) \b
     | ,\ ? (?:no(?=[,;)])|wait\b)
     | \b(?:that|this|it)(?:\ is|['\u2019]s|\ was|\ seems|\ looks)
       \ (?:wrong|incorrect|a\ mistake|not\ (?:right|correct|my)\b)
@@ -74,26 +81,42 @@ _CHANGED = words(
     inverted negated flipped wrong incorrect rejected forbidden not"""
 )
 """Words of a short remark that make an action another."""
+_VERBS = r"""(?:go|head|move|walk|proceed|continue|take|choose|pick|select|pull|play|propose|recommend|try|use
+    |follow|enter|make|give|send|say|apply|test|look|watch(?=\ _))"""
+_NOUNS = "(?:way|move|choice|answer|action|option|direction|decision|response|arm|number|step|point|command|thing|one)"
+_FILLED = r"""(?:\W{0,3}\b(?:to|the|in|on|through|via|towards?|with|for|at|an?|of|way|door|arm|number|choice|action
+    |command|label(?:ed|led)|move)\b)*\W{1,3}"""
 _TO_DO = re.compile(
-    r"""\b(?:go|going|head|heading|mov(?:e|ing)|walk(?:ing)?|proceed|continue|take|taking|choos(?:e|ing)|pick|select
-    |pull(?:ing)?|play|watch|propos(?:e|ing)|recommend|try|use|make|do|follow|enter|put|push|send|say|give|should|must
-    |way|answer|action|choice|option)\b""",
+    rf"""(?:\A\W*|[,:;]\W*|\b(?:i|you|we|so|and|now|then|next|please|let's|let\ (?:me|us)|i'll|i'd|we'll
+        |(?:you|need|have|going|want|like|best|better|is|decided?|plan|intend|time)\ to|will|should|must|understood)\W+)
+        (?:now\W+|next\W+)? {_VERBS} {_FILLED} _
+    | (?:\A\W*|[,:;!]\W*|\b(?:i'm|am|are)\ )(?:now\ )?(?:go|head|mov|walk|tak|choos|pull|propos)ing {_FILLED} _
+        (?:\ (?:now|next))? \W* (?:\Z|[,(])
+    | \b{_NOUNS}\b (?:\ (?:now|here|next|to\ \w+|for\ (?:me|you|your\ next\ turn)|you\ should\ \w+\ for
+        |from\ (?:here|this\ \w+)))* \ (?:is|(?:will|should|must)\ be)\b:? (?:\ to\ {_VERBS})? (?:\ (?:now|indeed))?
+        {_FILLED} _
+    | _\W{{0,3}}\ is\ (?:what|where|the|my|your)\ (?:(?:right|correct|best|next|only|final)\ )* (?:you|i|{_NOUNS})\b""",
     re.IGNORECASE | re.VERBOSE,
 )
-"""Words that say that an action is to be done."""
+"""Words that say that the action behind or before them is to be done."""
 _NOT_TO_DO = re.compile(
     r"""\b(?:not|never|no|none|nothing|nobody|nowhere|cannot|neither|nor|without|except|than|instead|but|only|against|away
-      |avoid\w*|stop|refuse
+      |avoid\w*|stop|refuse|decline|ignore|skip|disagree|hardly|doubt|lie|false|untrue|joking|kidding|opposite|reverse
       |or|either|if|unless|whether|when|while|until|after|before|although|though|however|maybe|perhaps|might|could|may
-      |was|were|had|has|have\ (?!to\b)|did|been|went|came|took|said|told|led|made|got|gave|paid|saw|knew|thought
-      |there|leads?|lies|seems?|looks?|wrong|bad|worse|worst|mistake|incorrect|reverse|opposite|loss|average|times
-      |less|more|least|most|half|between|too|any\w*|every\w*|each|both|all
-      |(?:from|by|turn|worth)(?:\ the)?\ _|turn\ [0-9]+|[cmk]?m)\b
-    |(?:^\W*|\b(?:i|you|we|he|she|it|they|teacher|that|which|who|already|just|last)\ )(?!need|proceed)[a-z]{2,}ed\b
+      |once|later|soon|someday|eventually|tomorrow|sometimes|often|given|provided|suppose|imagine|assume|in\ case
+      |last|previous|earlier|was|were|had|has|have\ (?!to\b)|did|been|went|came|took|said|told|led|made|got|gave|paid
+      |saw|knew|thought|chose|meant|felt|kept|lost|hit|cost|hurt|put\ me
+      |double|twice|negative|sum|one\ day|in\ \w+\ turns|episode|friend|player|heard|unclear|unsure|way\ back
+      |how|why|such\ as|example|valid|typical|format|they|he|she|someone|another|others?
+      |there|leads?|lies|seems?|looks?|wrong|bad|worse|worst|mistake|incorrect|pointless|useless|waste|loss|average
+      |times|less|more|least|most|half|between|too|any\w*|every\w*|each|both|all
+      |(?:from|by|turn|worth|next\ to|of\ arms?\ to\ \w+\ is)(?:\ the)?\ _|turn\ [0-9]+|[cmk]?m)\b
+    |(?:^\W*|\b(?:i|you|we|it|teacher|that|which|who|already|just)\ )(?!need|proceed|based)[a-z]{2,}ed\b
     |_\ of\b|\bteacher(?:\ \w+)?:|n['\u2019]t\b|\?|\.\.\.|[%=<>+*/\u2208]|\s-\s""",
     re.IGNORECASE | re.VERBOSE,
 )
-"""Words that deny, doubt, ask, compare, or tell of the past."""
+"""Words that deny, doubt, ask, compare, or tell of the past, of later times or of others."""
+_ASKED = re.compile(r"\W*(?:(?:should|shall|do|does|is|are|can|could|would|may|must) (?:i|we|it|the)\b)", re.IGNORECASE)
 _REASON = re.compile(r"\W{0,3}(?:because|since)\b", re.IGNORECASE)
 _DIGIT = re.compile(r"\b[0-9]")
 _TITLE = re.compile(r"[\"\u201c]([^\"\u201c\u201d]{1,60})[\"\u201d]")
@@ -108,7 +131,7 @@ _BETWEEN = re.compile(r"(?:[\s,;&]|\band\s+(?=\S))+")
 _SIGN = re.compile(r"-\s+[\"']?\.?[0-9]")
 _WORDS = 12  # greatest number of words before an action, and in it
 _SCANNED = 60  # words of a refused text
-_SHORT = 200  # characters of a sentence that is read by what it names alone
+_SHORT = 200  # characters of a sentence that is read by what it names alone, and of a remark that is read again
 _PARTS = 8  # parts of a remark that may name an action
 _NESTED = 40  # greatest depth of lists and objects within each other
 _DEPTH = 8  # greatest depth of texts within texts
@@ -175,7 +198,9 @@ def in_json(text: str, world: World[Any], depth: int = 0) -> tuple[Any, str]:
 def _denies(text: str) -> bool:
     """Whether the words before an action deny it; of an announcement that ends with a colon, its first four do."""
     clause = re.split(r"[.!?;\n]", masked(text))[-1].rstrip("*_`$\\( ")
-    return bool(_DENIAL.search(" ".join(clause.split()[:4]) if clause.endswith(":") else clause))
+    return bool(_ASKED.match(clause)) or bool(
+        _DENIAL.search(" ".join(clause.split()[:4]) if clause.endswith(":") else clause)
+    )
 
 
 def taken_back(text: str) -> bool:
@@ -198,7 +223,9 @@ def read_sentence(text: str, world: World[Any], depth: int = 0) -> Any:
         TwoActions: a remark behind the action names another one.
     """
     text = _DUTY.sub("I ", _WHEN.sub("", _bare(text)))
-    clauses = () if _CONDITION.match(text) else _OWN_CLAUSE.finditer(text)
+    if _ASKED.match(text):
+        return None
+    clauses = () if _CONDITION.match(text) else islice(_OWN_CLAUSE.finditer(text), _PARTS)
     begins = [clause.end() for clause in clauses]
     if not _PURPOSE.match(text):
         begins.insert(0, 0)
@@ -227,7 +254,7 @@ def only_named(text: str, world: World[Any]) -> Any:
 
     A number is an action behind a word of the world or a name of an answer; a word is none of a world of texts.
     """
-    found = [*_named(text, world)] if len(text) <= _SHORT and "\n" not in text else []
+    found = [] if len(text) > _SHORT or "\n" in text or _ASKED.match(text) else [*_named(text, world)]
     if not found or any(action != found[0][0] for action, _, _ in found):
         return None
     action, begin, end = found[0]
@@ -279,7 +306,8 @@ def _fits(remark: str, action: Any, world: World[Any]) -> bool:
     while (word := _NEXT.match(remark)) and word[1].lower() in _own(_BEHIND, world):
         remark = remark[word.end() :]
     if cause := _CAUSE.match(remark):  # to worlds with words, as in `north to south`, it may be a way
-        return not world.action_words or _chosen(remark[cause.end() :], world) in (None, action)
+        why = remark[cause.end() :][:_SHORT]
+        return not world.action_words or _chosen(why, world) in (None, action)
     bare = remark.strip(f"{_ENDS}()=\u2013\u2014-")
     if not bare or (remark[0] in ",(" and _BUT_NOT.match(remark)):
         return True
@@ -291,7 +319,7 @@ def _fits(remark: str, action: Any, world: World[Any]) -> bool:
     listed = tuple(word.replace("_", "") for word in said if word.replace("_", "") in world.action_parts)
     if listed != world.action_parts and sorted(listed) == sorted(world.action_parts):
         return False
-    again = _chosen(bare, world)
+    again = _chosen(bare[:_SHORT], world)  # which comes back here for each listed action
     parts = re.split(r"[,;()]|\b(?:and|or|then)\b", remark)[:_PARTS]
     the_one([action, again, *(_chosen(part, world) for part in parts)])
     computed = remark.lstrip()[0] in "-=" and not bare.startswith(("a ", "an ", "the "))  # as in `x - gradient`

@@ -49,6 +49,8 @@ _TOKEN = re.compile(
     r"|<\uff5cend\u2581of\u2581sentence\uff5c>"
 )
 _UNSEEN = re.compile(r"[\u200b\u2060\ufeff]")
+_WIDE = 40  # most spaces in a row, so that no search in them takes long
+_GAP = re.compile(rf"[ \t]{{{_WIDE},}}+")
 _FONT = re.compile(
     r"</?(?:b|strong|i|em|u|code|p|pre|span|mark|kbd)>|[\u2600-\u27bf\ufe0f\U0001f300-\U0001faff]", re.IGNORECASE
 )
@@ -75,8 +77,8 @@ class AnswerPlace(NamedTuple):
 
 
 def cleaned(text: str) -> str:
-    """The text up to the first stop token, without the start tokens of a chat template and invisible characters."""
-    return next((piece for piece in _TOKEN.split(_UNSEEN.sub("", text)) if piece.strip()), "")
+    """The text up to the first stop token, without start tokens of a chat, invisible characters and wide gaps."""
+    return next((piece for piece in _TOKEN.split(_GAP.sub(" " * _WIDE, _UNSEEN.sub("", text))) if piece.strip()), "")
 
 
 def unmarked(text: str) -> str:

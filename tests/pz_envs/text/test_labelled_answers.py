@@ -18,7 +18,7 @@ from pz_envs.text.action_parsing import names_any
 from pz_envs.text.actions import NOTHING, parse_action
 from teachers.atoms import ParseFailure
 
-LEAST = {"labelled": 0.98, "attack": 0.98, "third": 0.97, "fourth": 0.92, "fifth": 0.9}
+LEAST = {"labelled": 0.98, "attack": 0.98, "third": 0.97, "fourth": 0.92, "fifth": 0.9, "traps": 0.97}
 """Least share of the answers with one clear action that are read as it."""
 FOLDER = Path(__file__).with_name("answers")
 SETS = {path.stem: [*map(json.loads, path.read_text(encoding="utf-8").splitlines())] for path in FOLDER.glob("*.jsonl")}
