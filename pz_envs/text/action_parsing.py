@@ -90,8 +90,9 @@ _TO_DO = re.compile(
     rf"""(?:\A\W*|[,:;]\W*|\b(?:i|you|we|so|and|now|then|next|please|let's|let\ (?:me|us)|i'll|i'd|we'll
         |(?:you|need|have|going|want|like|best|better|is|decided?|plan|intend|time)\ to|will|should|must|understood)\W+)
         (?:now\W+|next\W+)? {_VERBS} {_FILLED} _
-    | (?:\A\W*|[,:;!]\W*|\b(?:i'm|am|are)\ )(?:now\ )?(?:go|head|mov|walk|tak|choos|pull|propos)ing {_FILLED} _
-        (?:\ (?:now|next))? \W* (?:\Z|[,(])
+    | (?:\A\W*|[,:;!]\W*|\b(?:i'm|am|are|is)\ |\A(?:start|begin|continue)\ by\ )(?:now\ )?
+        (?:go|head|mov|walk|tak|choos|pull|propos|apply|us)ing {_FILLED} _
+        (?:\ (?:now|next))? \W* (?:\Z|[,(]|\(|to\b)
     | \b{_NOUNS}\b (?:\ (?:now|here|next|to\ \w+|for\ (?:me|you|your\ next\ turn)|you\ should\ \w+\ for
         |from\ (?:here|this\ \w+)))* \ (?:is|(?:will|should|must)\ be)\b:? (?:\ to\ {_VERBS})? (?:\ (?:now|indeed))?
         {_FILLED} _
@@ -117,10 +118,11 @@ _NOT_TO_DO = re.compile(
 )
 """Words that deny, doubt, ask, compare, or tell of the past, of later times or of others."""
 _ASKED = re.compile(r"\W*(?:(?:should|shall|do|does|is|are|can|could|would|may|must) (?:i|we|it|the)\b)", re.IGNORECASE)
-_REASON = re.compile(r"\W{0,3}(?:because|since)\b", re.IGNORECASE)
+_SOUGHT = re.compile(r"\s+for\b", re.IGNORECASE)
+_REASON = re.compile(r"\W{0,3}(?:because|since|as (?:it|this|that|i|you))\b", re.IGNORECASE)
 _DIGIT = re.compile(r"\b[0-9]")
 _TITLE = re.compile(r"[\"\u201c]([^\"\u201c\u201d]{1,60})[\"\u201d]")
-_PICKED = re.compile(r"\b(?:watch|recommend|suggest|try|choose|pick|take)\s(?:\w+\s)?\Z", re.IGNORECASE)
+_PICKED = re.compile(r"\b(?:watch|recommend|suggest|try|choose|pick|take)(?:ing)?\s(?:\w+\s)?\Z", re.IGNORECASE)
 _BEFORE_NUMBER = words("number option is be")
 _SYMBOLS = re.compile(r"[()\[\]'\"?\\{}|/%!$+*^]+")
 _NUMBER = r"[-+]?(?:[0-9]{1,40}(?:\.[0-9]{0,40})?|\.[0-9]{1,40})(?:[eE][-+]?[0-9]{1,5})?"
@@ -240,6 +242,12 @@ def _chosen(text: str, world: World[Any], depth: int = _DEPTH) -> Any:
     for at, word in enumerate(found[:_WORDS]):
         for last in reversed(found[at : at + _WORDS]):
             if (action := exact_action(text[word.start() : last.end()], world, depth)) is not None:
+                if (
+                    text[word.start() : last.end()].isalpha()
+                    and _SOUGHT.match(text, last.end())
+                    and not world.action_words
+                ):
+                    return None  # as in `look for a mug`
                 return action if _fits(text[last.end() :], action, world) else None
         said = text[word.start() : word.end()].strip(f"{_AROUND}.").replace("\u2019", "'").lower()
         if said == "first" and text[word.end() :].lstrip()[:1].isdigit():  # as in `the first 4`, a count
@@ -259,7 +267,7 @@ def only_named(text: str, world: World[Any]) -> Any:
         return None
     action, begin, end = found[0]
     said, last = text[begin:end].strip(_ENDS).lower(), found[-1][2]
-    before = text[:begin].lower().split()[-1:]
+    before, picked = text[:begin].lower().split()[-1:], world.text_items and _PICKED.search(text[:begin])
     if (said.isalpha() and not world.action_words) or (
         said.isdigit() and not _BEFORE_NUMBER.union(NOUNS, world.action_fillers, world.answer_names).issuperset(before)
     ):
@@ -269,7 +277,7 @@ def only_named(text: str, world: World[Any]) -> Any:
         rest = f"{rest[:begin]}_{rest[end:]}"
     if _NOT_TO_DO.search(rest) or (not world.action_words and _DIGIT.search(rest)):
         return None
-    return action if _TO_DO.search(rest) else None
+    return action if picked or _TO_DO.search(rest) else None
 
 
 def _named(text: str, world: World[Any]) -> Iterator[tuple[Any, int, int]]:

@@ -7,8 +7,9 @@
    last one or the text in a fence, if no sentence is another action.
 5. A sentence is an action if plain words alone stand before it, such as "I go", and if what stands behind it leaves it
    as it is: plain words, a cause, "not ...", or a remark without another action.
-6. Else one of two sentences is the only action that it names, if it says that it is to be done, as by "go", "way" or
-   "should", and no word denies, doubts, asks, compares, or tells of the past.
+6. Else one of two sentences, behind a label of its first line, is the only action that it names, if a verb or a noun
+   beside it says that it is to be done ("You should go", "the right way is"), and no word denies, doubts, asks,
+   compares, or tells of the past, of later times or of others.
 7. An answer that is taken back, as by "Wait, ...", is none, and neither is all else.
 
 A text that is taken word for word, such as a poem, is all that stands behind the label, up to a thought, or the whole
