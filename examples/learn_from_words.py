@@ -488,21 +488,24 @@ def interval_of(values: Sequence[float]) -> str:
     return f"{mean:.2f}" if len(values) < 2 else f"{mean:.2f} ({low:.2f} to {high:.2f})"
 
 
+REFERENCE_TITLES = dict(
+    zip(REFERENCES, ("any action", "any action that could be right", "by the law: best without a teacher"), strict=True)
+)
+
+
 def references(runs: Mapping[str, Mapping[int, list[dict[str, Any]]]], family: str) -> list[str]:
     """Success without a teacher in the very worlds of the tests, as further lines of the table."""
+    seeds = len({seed for each in runs.values() for seed in each})
+    lines = [f"{title} | {seeds} | {share:.2f}" for title, share in levels(runs, family).items()]
+    return [*lines, f"oracle | {seeds} | 1.00"]
+
+
+def levels(runs: Mapping[str, Mapping[int, list[dict[str, Any]]]], family: str) -> dict[str, float]:
+    """The mean success without a teacher in the very worlds of the tests, by title."""
     found = []
     for seed, rows in sorted({seed: rows for each in runs.values() for seed, rows in each.items()}.items()):
-        seeds = [row["seed"] for row in alone_of(rows)]
-        found.append(Town(family, seed).references(seeds))
-    titles = dict(
-        zip(
-            REFERENCES,
-            ("any action", "any action that could be right", "by the law: best without a teacher"),
-            strict=True,
-        )
-    )
-    lines = [f"{titles[name]} | {len(found)} | {np.mean([each[name] for each in found]):.2f}" for name in REFERENCES]
-    return [*lines, f"oracle | {len(found)} | 1.00"]
+        found.append(Town(family, seed).references([row["seed"] for row in alone_of(rows)]))
+    return {title: float(np.mean([each[name] for each in found])) for name, title in REFERENCE_TITLES.items()}
 
 
 def verdicts(runs: Mapping[str, Mapping[int, list[dict[str, Any]]]]) -> list[str]:
@@ -543,18 +546,24 @@ def p_greater(ours: Sequence[float], theirs: Sequence[float]) -> float:
 def draw(out: Path, plot: Path) -> None:
     """The share of test houses in which the treasure is found without feedback, by updates, with 95 % intervals."""
     settings = settings_of(out)
-    titles = {letter: f"({letter}) {signal.title}" for letter, signal in SIGNALS.items()}
-    draw_curves(results(out), titles, f"updates, each by {settings['steps']} environment steps", plot)
+    titles, runs = {letter: f"({letter}) {signal.title}" for letter, signal in SIGNALS.items()}, results(out)
+    along = f"updates, each by {settings['steps']} environment steps"
+    draw_curves(runs, titles, levels(runs, settings["family"]), along, plot)
 
 
 def draw_curves(
-    runs: Mapping[str, Mapping[int, list[dict[str, Any]]]], titles: Mapping[str, str], along: str, plot: Path
+    runs: Mapping[str, Mapping[int, list[dict[str, Any]]]],
+    titles: Mapping[str, str],
+    without: Mapping[str, float],
+    along: str,
+    plot: Path,
 ) -> None:
     """Draw the curves of runs by name and training seed.
 
     Args:
         runs: as of `results`.
         titles: of the names, in the order of the legend.
+        without: success without a teacher, by title; but for `any action`, a line each.
         along: what the updates are.
         plot: the file.
     """
@@ -573,8 +582,10 @@ def draw_curves(
         means, lows, highs = np.array(bands).T
         places = np.array(updates) + 0.25 * list(titles).index(name)  # beside each other
         axes.errorbar(places, means, (means - lows, highs - means), marker=".", capsize=2, label=titles[name])
+    for (title, height), style in zip([*without.items()][1:], (":", "--"), strict=True):
+        axes.axhline(height, color="grey", linestyle=style, linewidth=1, label=title)
     axes.set(xlabel=along, ylabel="found without feedback", ylim=(-0.02, 1.02), xticks=updates)
-    axes.legend(frameon=False)
+    figure.legend(loc="outside upper left", ncols=2, frameon=False)
     figure.savefig(plot, dpi=110)
     plt.close(figure)
 

@@ -94,6 +94,7 @@ from learn_from_words import (
     alone,
     draw_curves,
     interval_of,
+    levels,
     number,
     p_greater,
     pack,
@@ -480,7 +481,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
             pack(options.out, options.rows, [*TEACHERS])
         if options.plot:
             titles = {name: f"{name}: {teaching.title}" for name, teaching in TEACHERS.items()}
-            draw_curves(results(options.out, [*TEACHERS]), titles, "updates", options.plot)
+            runs = results(options.out, [*TEACHERS])
+            draw_curves(runs, titles, levels(runs, FAMILY), "updates", options.plot)
     except (ValueError, FloatingPointError, OSError) as error:
         raise SystemExit(f"{error}") from None
     except KeyboardInterrupt:
