@@ -71,7 +71,7 @@ def test_an_environment_of_ones_own_is_answered_likewise():
         ("<think>2</think>[1]", 1.0),
     ):
         assert env.step(text)[1] == paid
-    for text in ("go pull up", "pull", "1 (wait)", "do not wait"):
+    for text in ("slow pull up", "pull", "1 (wait)", "do not wait"):
         assert "parse_failure" in env.step(text)[-1]
 
 
