@@ -48,7 +48,6 @@ _BEHIND = words(
 _WORD = re.compile(r"[^\s,;:(]+")
 _NEXT = re.compile(r"[\s*_`]*([A-Za-z]+)")
 _OWN_CLAUSE = re.compile(r",\s+(?:\w+\s+)?(?=(?:i|we|let)\b)", re.IGNORECASE)
-_AND = re.compile(r"\A(?:i will|i'll|let's|let me|we will)\b(?:(?!\bif\b)[^,;:])*? and (?=\w+ )", re.IGNORECASE)
 _CONDITION = re.compile(
     r"\W*(?:if|when|unless|had|were|whether|until|before|once|provided|in case|as soon as|suppose)\b", re.IGNORECASE
 )
@@ -231,8 +230,6 @@ def read_sentence(text: str, world: World[Any], depth: int = 0) -> Any:
     begins = [clause.end() for clause in clauses]
     if not _PURPOSE.match(text):
         begins.insert(0, 0)
-    if (own := _AND.match(text.replace("\u2019", "'"))) and not _DENIAL.search(own[0]):
-        begins.append(own.end())
     return next((found for begin in begins if (found := _chosen(text[begin:], world, depth)) is not None), None)
 
 
