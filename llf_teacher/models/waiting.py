@@ -52,7 +52,8 @@ def wait_for(coroutine: Coroutine[Any, Any, T]) -> T:
     try:
         return future.result()
     except BaseException as error:
-        if not future.cancel() and isinstance(error, SystemExit | KeyboardInterrupt):
+        own = not future.cancel() and future.exception() is error  # else an interrupt came as the coroutine ended
+        if own and isinstance(error, SystemExit | KeyboardInterrupt):
             raise RuntimeError(f"a coroutine must not end the process, got {error!r}; raise another error") from error
         raise
 

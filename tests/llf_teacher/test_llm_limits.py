@@ -12,6 +12,7 @@ import time
 import warnings
 from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import pytest
 
@@ -310,6 +311,24 @@ def test_a_coroutine_that_exits_is_an_error_of_its_own(error):
         with pytest.raises(RuntimeError, match=r"must not end the process, got (SystemExit|KeyboardInterrupt)\("):
             wait_for(leaving)
         assert wait_for(one()) == 1, "the loop is alive"
+
+
+def test_an_interrupt_as_a_coroutine_ends_is_an_interrupt(monkeypatch):
+    """Else it would be the failure of an episode, and a study went on."""
+    begin = asyncio.run_coroutine_threadsafe
+
+    def interrupted(coroutine, loop):
+        future = begin(coroutine, loop)
+        assert future.result(60) == 1
+        monkeypatch.setattr(future, "result", Mock(side_effect=KeyboardInterrupt))
+        return future
+
+    async def one():
+        return 1
+
+    monkeypatch.setattr(asyncio, "run_coroutine_threadsafe", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        wait_for(one())
 
 
 def test_a_streamed_answer():
