@@ -107,7 +107,7 @@ class _Context(SpawnContext):
         return self.processes[-1]
 
     def _unread(self) -> bool:
-        channel = self.pool and self.pool._pool_manager.worker_manager.pool_channel  # as in pebble 5.0 to 5.2
+        channel = self.pool and self.pool._pool_manager.worker_manager.pool_channel  # pebble has no public way to it
         try:
             return bool(channel and channel.poll(0))
         except OSError:  # the pool has closed it
