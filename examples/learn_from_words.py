@@ -57,6 +57,11 @@ in: bandits, movies, ALFWorld, 24 worlds each, before and after. Environment ste
 rooms differ: intervals say nothing of other houses. A test with advice does not show by itself that advice is followed,
 since who knows the law does the same: hence the column of the houses that were missed alone. Equal environment steps
 are not equal houses: groups of 4 see a quarter as many. Differences that are all equal have the p of a sign test.
+
+**Added after those runs, before its own.** (g) SFT on the model's own answers whose reward is no less than the mean of
+the update's, if that is above 0 (in the spirit of STaR, arXiv 2203.14465). (a) differs from (b) in its trainer too, (g)
+only in what is imitated. Its rate is that of SFT. It is exploratory, as (c) and (e) are with fewer than three seeds:
+the table has them, and no verdict.
 """
 
 import argparse

@@ -321,6 +321,7 @@ SIGNALS = {
     "d": Signal("act on advice, distil what was praised", "sft", hears=True),
     "e": Signal("as b, with words about other worlds", "sft", teacher="misaligned"),
     "f": Signal("format alone", "sft"),
+    "g": Signal("imitate own rewarded answers", "sft"),
 }
 """By letter."""
 
@@ -341,7 +342,10 @@ def examples(letter: str, town: Town, steps: Sequence[Step], rng: np.random.Gene
         return [imitated(prompt, step.answer) for step in liked for prompt in (step.heard, step.prompt)]
     if letter == "f":
         return [imitated(step.prompt, town.random_answer(rng)) for step in steps]
-    raise ValueError(f"signal must be one of b, c, d, e, f, got {letter!r}; a has no examples")
+    if letter == "g":
+        mean = np.mean([step.reward for step in steps])
+        return [imitated(step.prompt, step.answer) for step in steps if step.reward >= mean > 0]
+    raise ValueError(f"signal must be one of b, c, d, e, f, g, got {letter!r}; a has no examples")
 
 
 def _preferred(town: Town, steps: Sequence[Step]) -> Iterator[dict[str, Any]]:

@@ -22,6 +22,7 @@ from word_signals import (
     advice_in,
     bare,
     examples,
+    imitated,
     response,
 )
 
@@ -184,8 +185,18 @@ def test_format_alone_is_an_action_by_chance(town):
     counts = {way: sum(row["completion"][0]["content"] == response(way) for row in made) for way in WAYS}
     assert sum(counts.values()) == 200
     assert min(counts.values()) > 30
-    with pytest.raises(ValueError, match="signal must be one of b, c, d, e, f, got 'a'"):
+    with pytest.raises(ValueError, match="signal must be one of b, c, d, e, f, g, got 'a'"):
         examples("a", town, steps, np.random.default_rng(0))
+
+
+def test_rewarded_answers_are_imitated_without_a_word_of_the_teacher(town):
+    steps = town.judge(town.seeds(0, 40), ["Response: north"] * 40)
+    made = examples("g", town, [step._replace(verdict="", advice="") for step in steps], np.random.default_rng(0))
+    assert made == [imitated(step.prompt, step.answer) for step in steps if step.success]
+    assert 0 < len(made) < 40
+    for reward, kept in ((0.0, 0), (1.0, 40)):  # where nothing or everything is rewarded
+        equal = [step._replace(reward=reward) for step in steps]
+        assert len(examples("g", town, equal, np.random.default_rng(0))) == kept
 
 
 @pytest.mark.parametrize("name", ["bandits", "movies", "alfworld"])
@@ -321,5 +332,5 @@ def test_other_settings_and_an_empty_folder_are_refused(tmp_path):
     with pytest.raises(SystemExit, match="must have finished runs, got none"):
         program.main(["--out", f"{tmp_path}", "--table"])
     with pytest.raises(SystemExit) as error:
-        program.main(["--out", f"{tmp_path}", "--signals", "g"])
+        program.main(["--out", f"{tmp_path}", "--signals", "z"])
     assert error.value.code == 2

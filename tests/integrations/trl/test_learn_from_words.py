@@ -41,13 +41,13 @@ def rows_of(out, name):
 
 def test_every_signal_trains_and_the_table_is_of_the_stored_rows(tmp_path, folder):
     out = tmp_path / "out"
-    printed = run(out, folder, *SMALL, "--signals", *"abcdef")
-    assert "6 runs: about" in printed
+    printed = run(out, folder, *SMALL, "--signals", *"abcdefg")
+    assert "7 runs: about" in printed
     table = [line for line in printed.splitlines() if " | " in line]
-    assert [line.split(" | ")[0][:3] for line in table[2:9]] == ["bef", "(a)", "(b)", "(c)", "(d)", "(e)", "(f)"]
+    assert [line.split(" | ")[0][:3] for line in table[2:10]] == ["bef", *(f"({name})" for name in "abcdefg")]
     assert run(out, folder, "--table").splitlines()[-1] == printed.splitlines()[-1]
     assert [line for line in run(out, folder, "--table").splitlines() if " | " in line] == table
-    updates = {name: [row for row in rows_of(out, f"{name}-0") if row["kind"] == "update"] for name in "abcdef"}
+    updates = {name: [row for row in rows_of(out, f"{name}-0") if row["kind"] == "update"] for name in "abcdefg"}
     assert all([row["steps"] for row in rows] == [16, 16] for rows in updates.values()), "equal environment steps"
     assert all(row["loss"] > 0 and row["examples"] == 16 for name in "bef" for row in updates[name])
     assert (out / "curve.png").stat().st_size > 5_000
