@@ -18,6 +18,7 @@ __all__ = [
     "TwoActions",
     "exact_action",
     "in_json",
+    "is_stated",
     "names_any",
     "on_first_line",
     "only_named",
@@ -81,7 +82,7 @@ _CHANGED = words(
 )
 """Words of a short remark that make an action another."""
 _VERBS = r"""(?:go|head|move|walk|proceed|continue|take|choose|pick|select|pull|play|propose|recommend|try|use
-    |follow|enter|make|give|send|say|apply|test|look|watch(?=\ _))"""
+    |follow|enter|make|give|send|say|apply|test|look|turn(?=\ to\b)|watch(?=\ _))"""
 _NOUNS = "(?:way|move|choice|answer|action|option|direction|decision|response|arm|number|step|point|command|thing|one)"
 _FILLED = r"""(?:\W{0,3}\b(?:to|the|in|on|through|via|towards?|with|for|at|an?|of|way|door|arm|number|choice|action
     |command|label(?:ed|led)|move)\b)*\W{1,3}"""
@@ -95,7 +96,8 @@ _TO_DO = re.compile(
     | \b{_NOUNS}\b (?:\ (?:now|here|next|to\ \w+|for\ (?:me|you|your\ next\ turn)|you\ should\ \w+\ for
         |from\ (?:here|this\ \w+)))* \ (?:is|(?:will|should|must)\ be)\b:? (?:\ to\ {_VERBS})? (?:\ (?:now|indeed))?
         {_FILLED} _
-    | _\W{{0,3}}\ is\ (?:what|where|the|my|your)\ (?:(?:right|correct|best|next|only|final)\ )* (?:you|i|{_NOUNS})\b""",
+    | _\W{{0,3}}\ (?:is\ (?:what|where|the|my|your)|as\ (?:the|my|your))
+        \ (?:(?:right|correct|best|next|only|final)\ )* (?:you|i|{_NOUNS})\b""",
     re.IGNORECASE | re.VERBOSE,
 )
 """Words that say that the action behind or before them is to be done."""
@@ -116,12 +118,24 @@ _NOT_TO_DO = re.compile(
     re.IGNORECASE | re.VERBOSE,
 )
 """Words that deny, doubt, ask, compare, or tell of the past, of later times or of others."""
+_AT_LAST = re.compile(rf"\b(?:should|must|will|{_NOUNS}\ is)\ [^_:]{{0,80}}:\W*_\W*\Z", re.IGNORECASE)
+"""As in `you should push forwards: [1, 0]`."""
+_STATED = re.compile(
+    r"""\W*(?:(?:so|then),?\ )? (?:the|my|your)\ (?:(?:right|correct|best|next|final)\ )*
+    (?:action|answer|choice|move|command|decision|response|arm|point)\ (?:for\ (?:my|your|this|the)\ (?:next\ )?turn\ )?
+    (?:is|(?:should|will|must)\ be)\b""",
+    re.IGNORECASE | re.VERBOSE,
+)
 _ASKED = re.compile(r"\W*(?:(?:should|shall|do|does|is|are|can|could|would|may|must) (?:i|we|it|the)\b)", re.IGNORECASE)
 _SOUGHT = re.compile(r"\s+for\b", re.IGNORECASE)
 _REASON = re.compile(r"\W{0,3}(?:because|since|as (?:it|this|that|i|you))\b", re.IGNORECASE)
 _DIGIT = re.compile(r"\b[0-9]")
 _TITLE = re.compile(r"[\"\u201c]([^\"\u201c\u201d]{1,60})[\"\u201d]")
-_PICKED = re.compile(r"\b(?:watch|recommend|suggest|try|choose|pick|take)(?:ing)?\s(?:\w+\s)?\Z", re.IGNORECASE)
+_PICKED = re.compile(
+    r"""\b(?:(?:watch|recommend|suggest|try|choose|pick|take)(?:ing)?\s(?:\w+\s)?
+        |(?:answer|choice)\ is(?:\ indeed)?:?\s)\Z""",
+    re.IGNORECASE | re.VERBOSE,
+)
 _BEFORE_NUMBER = words("number option is be")
 _SYMBOLS = re.compile(r"[()\[\]'\"?\\{}|/%!$+*^]+")
 _NUMBER = r"[-+]?(?:[0-9]{1,40}(?:\.[0-9]{0,40})?|\.[0-9]{1,40})(?:[eE][-+]?[0-9]{1,5})?"
@@ -217,6 +231,11 @@ def names_any(text: str, world: World[Any]) -> bool:
 # Sentences.
 
 
+def is_stated(sentence: str) -> bool:
+    """Whether a sentence says which action, answer, choice or the like there is."""
+    return bool(_STATED.match(sentence))
+
+
 def read_sentence(text: str, world: World[Any], depth: int = 0) -> Any:
     """The action that a sentence or its clause of an own choice, as in `..., so I go north`, names; None: none.
 
@@ -274,7 +293,8 @@ def only_named(text: str, world: World[Any]) -> Any:
         rest = f"{rest[:begin]}_{rest[end:]}"
     if _NOT_TO_DO.search(rest) or (not world.action_words and _DIGIT.search(rest)):
         return None
-    return action if picked or _TO_DO.search(rest) else None
+    at_last = not world.action_words and _AT_LAST.search(rest)
+    return action if picked or at_last or _TO_DO.search(rest) else None
 
 
 def _named(text: str, world: World[Any]) -> Iterator[tuple[Any, int, int]]:

@@ -4,7 +4,7 @@
 2. The answer stands behind the last label `Response:`, `Answer:`, `Action:` or the like; without one it is the text.
 3. An answer that is an action is it, and so are the first paragraph behind a label, and JSON with an action.
 4. Else it is a sentence: behind a label the first one on the line that is an action; without a label the first or the
-   last one or the text in a fence, if no sentence is another action.
+   last one, one that begins with "The action is" or the like, or the text in a fence, if no sentence is another action.
 5. A sentence is an action if plain words alone stand before it, such as "I go", and if what stands behind it leaves it
    as it is: plain words, a cause, "not ...", or a remark without another action.
 6. Else one of two sentences, behind a label of its first line, is the only action that it names, if a verb or a noun
@@ -28,6 +28,7 @@ from pz_envs.text.action_parsing import (
     TwoActions,
     exact_action,
     in_json,
+    is_stated,
     names_any,
     on_first_line,
     only_named,
@@ -56,6 +57,7 @@ __all__ = ["failure", "first_answer", "legal_text", "parse_action", "read_exactl
 _EXCERPT = 80
 _FEW = 5  # places where an answer may end
 _LOOKED_AT = 300  # characters of a refused text in which actions are looked for
+_QUOTED = re.compile(r"""("[^"]{1,60}[^".](?:",\s*"[^"]{1,60}[^".])*")\.?""")
 _OPENED = re.compile(r"\s*(?:```\w*\s*)?\{\s*[\"']")
 
 EMPTY = "it holds no answer"
@@ -191,7 +193,8 @@ def failure(text: str, world: World[Any], why: str = NOTHING) -> ParseFailure:
 def _read(answer: str, world: World[Any]) -> Any:
     """The action of an answer in a world that does not take texts word for word."""
     label, said = find_place(answer, world.answer_names)  # step 2
-    for whole in (answer, said.strip() if label else ""):  # step 3
+    listed = world.text_items and label and _QUOTED.fullmatch(said.strip())  # titles without the brackets of a list
+    for whole in (answer, f"[{listed[1]}]" if listed else said.strip() if label else ""):  # step 3
         if (action := _whole(whole, world)) is not None:
             return action
     action, rest = on_first_line(said, world) if label else _anywhere("\n" + without_thoughts(said), world)
@@ -217,11 +220,12 @@ def _anywhere(text: str, world: World[Any]) -> tuple[Any, str]:
     """The action of a text without a label, in JSON, a sentence or a fence, and what follows it."""
     if (found := in_json(text, world))[0] is not None or _OPENED.match(text):
         return found
-    read = [(read_sentence(sentence, world), until) for sentence, until in sentences(text)]
-    at = [number for number, (each, _) in enumerate(read) if each is not None]
-    action = the_one(each for each, _ in read)
-    if at and (at[0] == 0 or at[-1] == len(read) - 1):
-        return action, text[read[at[-1]][1] :]
+    said = [*sentences(text)]
+    read = [read_sentence(sentence, world) for sentence, _ in said]
+    at = [number for number, each in enumerate(read) if each is not None]
+    action = the_one(read)
+    if at and (at[0] == 0 or at[-1] == len(read) - 1 or any(is_stated(said[number][0]) for number in at)):
+        return action, text[said[at[-1]][1] :]
     return the_one(exact_action(each, world) for each in fenced(text)), ""  # other sentences may tell a story
 
 
