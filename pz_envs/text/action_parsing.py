@@ -82,10 +82,10 @@ _CHANGED = words(
 )
 """Words of a short remark that make an action another."""
 _VERBS = r"""(?:go|head|move|walk|proceed|continue|take|choose|pick|select|pull|play|propose|recommend|try|use
-    |follow|enter|make|give|send|say|apply|test|look|turn(?=\ to\b)|watch(?=\ _))"""
+    |follow|enter|make|give|send|say|apply|test|look(?=\ at\b)|turn(?=\ to\b)|watch(?=\ _))"""
 _NOUNS = "(?:way|move|choice|answer|action|option|direction|decision|response|arm|number|step|point|command|thing|one)"
 _FILLED = r"""(?:\W{0,3}\b(?:to|the|in|on|through|via|towards?|with|for|at|an?|of|way|door|arm|number|choice|action
-    |command|label(?:ed|led)|move)\b)*\W{1,3}"""
+    |command|label(?:ed|led)|move|point)\b)*\W{1,3}"""
 _TO_DO = re.compile(
     rf"""(?:\A\W*|[,:;]\W*|\b(?:i|you|we|so|and|now|then|next|please|let's|let\ (?:me|us)|i'll|i'd|we'll
         |(?:you|need|have|going|want|like|best|better|is|decided?|plan|intend|time)\ to|will|should|must|understood)\W+)
@@ -96,6 +96,7 @@ _TO_DO = re.compile(
     | \b{_NOUNS}\b (?:\ (?:now|here|next|to\ \w+|for\ (?:me|you|your\ next\ turn)|you\ should\ \w+\ for
         |from\ (?:here|this\ \w+)))* \ (?:is|(?:will|should|must)\ be)\b:? (?:\ to\ {_VERBS})? (?:\ (?:now|indeed))?
         {_FILLED} _
+    | \bso\ that\ (?:i|you|we)\ (?:arrive|end)\ at\ _
     | _\W{{0,3}}\ (?:is\ (?:what|where|the|my|your)|as\ (?:the|my|your))
         \ (?:(?:right|correct|best|next|only|final)\ )* (?:you|i|{_NOUNS})\b""",
     re.IGNORECASE | re.VERBOSE,
@@ -104,13 +105,15 @@ _TO_DO = re.compile(
 _NOT_TO_DO = re.compile(
     r"""\b(?:not|never|no|none|nothing|nobody|nowhere|cannot|neither|nor|without|except|than|instead|but|only|against|away
       |avoid\w*|stop|refuse|decline|ignore|skip|disagree|hardly|doubt|lie|false|untrue|joking|kidding|opposite|reverse
-      |or|either|if|unless|whether|when|while|until|after|before|although|though|however|maybe|perhaps|might|could|may
-      |once|later|soon|someday|eventually|tomorrow|sometimes|often|given|provided|suppose|imagine|assume|in\ case
+      |or|either|if|unless|whether|when|while|until|after(?:wards)?|before|although|though|however
+      |maybe|perhaps|might|could|may|once|later|soon|someday|eventually|tomorrow|sometimes|often|given|provided
+      |suppose|imagine|assume|in\ case
       |last|previous|earlier|was|were|had|has|have\ (?!to\b)|did|been|went|came|took|said|told|led|made|got|gave|paid
       |saw|knew|thought|chose|meant|felt|kept|lost|hit|cost|hurt|put\ me
       |double|twice|negative|sum|one\ day|in\ \w+\ turns|episode|friend|player|heard|unclear|unsure|way\ back
       |how|why|such\ as|example|valid|typical|format|they|he|she|someone|another|others?
-      |there|leads?|lies|seems?|looks?|wrong|bad|worse|worst|mistake|incorrect|pointless|useless|waste|loss|average
+      |there(?!\W*\Z)|leads?|lies|seems?|looks|look\ (?:like|as)|wrong|bad|worse|worst
+      |mistake|incorrect|pointless|useless|waste|average
       |times|less|more|least|most|half|between|too|any\w*|every\w*|each|both|all
       |(?:from|by|turn|worth|next\ to|of\ arms?\ to\ \w+\ is)(?:\ the)?\ _|turn\ [0-9]+|[cmk]?m)\b
     |(?:^\W*|\b(?:i|you|we|it|teacher|that|which|who|already|just)\ )(?!need|proceed|based)[a-z]{2,}ed\b
@@ -142,6 +145,8 @@ _NUMBER = r"[-+]?(?:[0-9]{1,40}(?:\.[0-9]{0,40})?|\.[0-9]{1,40})(?:[eE][-+]?[0-9
 _PART = re.compile(
     rf"(?<![\w.+-])(?:[\"']?([A-Za-z]\w{{0,20}})[\"']?[ \t]*[:=][ \t]*)?[\"']?({_NUMBER})[\"']?(?![\w.%])"
 )
+_QUANTITY = re.compile(rf"\b(?:(?:from|to|by|is|of|instead)\s+)+{_NUMBER}(?![\w%]|\.\d)")
+"""A number that is no action where actions are lists of numbers, as in `from 3.5 to 1`."""
 _BETWEEN = re.compile(r"(?:[\s,;&]|\band\s+(?=\S))+")
 _SIGN = re.compile(r"-\s+[\"']?\.?[0-9]")
 _WORDS = 12  # greatest number of words before an action, and in it
@@ -291,6 +296,8 @@ def only_named(text: str, world: World[Any]) -> Any:
     rest = text[:last] if _REASON.match(text, last) else text
     for _, begin, end in reversed(found):
         rest = f"{rest[:begin]}_{rest[end:]}"
+    if isinstance(world.action_space, spaces.Box):
+        rest = _QUANTITY.sub("", rest)
     if _NOT_TO_DO.search(rest) or (not world.action_words and _DIGIT.search(rest)):
         return None
     at_last = not world.action_words and _AT_LAST.search(rest)

@@ -232,7 +232,7 @@ def _anywhere(text: str, world: World[Any]) -> tuple[Any, str]:
 def _only_named(text: str, world: World[Any]) -> tuple[Any, str]:
     """The action that the first or last sentence of a short first paragraph names alone, and what follows it."""
     said = sentences(text.strip().partition("\n\n")[0])
-    if len(said) > 2 or _OPENED.match(text):
+    if len(said) > (4 if is_stated(text) else 2) or _OPENED.match(text):
         return None, ""
     read = [only_named(sentence, world) for sentence, _ in said]
     at = next((number for number in (0, -1) if read and read[number] is not None), None)

@@ -1,15 +1,18 @@
 """Answers of models, each with the action that a reader sees: nearly all are read as it, and none as another.
 
 A line has the family, the answer, the action (null: a reader sees none) and, where readers may differ, what else they
-may see (`also`). Those of `written` are in the manner of larger models, or adversarial. Five sets were labelled when
-the rule stood. Of `attack.jsonl` 104 of 108 clear actions were read, and one story as an action, before a few words
-were added. Of `third.jsonl` 61 of 68 were read, and two texts without an action as one, before general faults were
-mended. Of `fourth.jsonl`, all of real models, 65 of 78 were read, and two texts without an action as one; poems may be
-any text, so that two of them have got their reading. Of `fifth.jsonl`, all of real models, 75 of 86 were read, and two
-texts without an action as one; six poems have got their reading. Of `sixth.jsonl`, answers of three real models to the
-shipped prompts, labelled by two readers, 102 of 119 were read, and none as another; 19 poems have got their reading.
-`traps.jsonl` was written against the rule: of 459 texts in which nothing is chosen 285 were misread at first, and 19
-are still, which it leaves out.
+may see (`also`). Those of `written` are in the manner of larger models, or adversarial. The other sets were labelled
+when the rule stood, and general faults were mended afterwards. Of the clear actions the rule read at first:
+
+- `attack`: 104 of 108, and one story as an action;
+- `third`: 61 of 68, and two texts without an action as one;
+- `fourth`, real models, other prompts: 65 of 78, and two texts without an action as one;
+- `fifth`, real models, other prompts: 75 of 86, and two texts without an action as one;
+- `sixth`, three real models, the shipped prompts, two readers of one mind: 102 of 119, and none as another;
+- `seventh`, one of them at temperature 0, the same two readers: 30 of 36, and none as another.
+
+A poem may be any text, so that 29 of them have got their reading. `traps.jsonl` was written against the rule: of 459
+texts in which nothing is chosen 285 were misread at first, and 19 are still, which it leaves out.
 """
 
 import json
@@ -22,7 +25,7 @@ from pz_envs.text.action_parsing import names_any
 from pz_envs.text.actions import NOTHING, parse_action
 from teachers.atoms import ParseFailure
 
-LEAST = {"labelled": 0.99, "attack": 0.99, "third": 0.98, "fourth": 0.98, "fifth": 0.98, "sixth": 0.94, "traps": 1}
+LEAST = {"attack": 0.99, "third": 0.98, "fourth": 0.98, "fifth": 0.98, "sixth": 0.95, "seventh": 0.97, "traps": 1}
 """Least share of the answers with one clear action that are read as it."""
 FOLDER = Path(__file__).with_name("answers")
 SETS = {path.stem: [*map(json.loads, path.read_text(encoding="utf-8").splitlines())] for path in FOLDER.glob("*.jsonl")}
@@ -47,7 +50,7 @@ def test_what_a_reader_sees_is_read(name):
     clear = [row for row in SETS[name] if None not in seen(row)]
     missed = [row for row in clear if read(row) is None]
     print(f"{name}: {len(clear) - len(missed)} of {len(clear)} clear actions are read")
-    assert len(clear) - len(missed) >= LEAST[name] * len(clear), missed
+    assert len(clear) - len(missed) >= LEAST.get(name, 0.99) * len(clear), missed
 
 
 @pytest.mark.parametrize("name", SETS)
