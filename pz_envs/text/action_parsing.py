@@ -57,7 +57,8 @@ _CAUSE = re.compile(
 )
 _BUT_NOT = re.compile(r"\W{0,3}(?:(?:and |but )?not\b(?!\W*$)|instead of\b|rather than\b)", re.IGNORECASE)
 _DENIAL = re.compile(
-    r"\b(?:not|never|no|cannot|avoid|except|than|instead|but|without|refuse|skip|doubt|suppose)\b|n['\u2019]t\b",
+    r"\b(?:not|never|no|cannot|avoid|except|than|instead|but|without|refuse|skip|doubt|suppose|last|was|blamed)\b"
+    r"|n['\u2019]t\b",
     re.IGNORECASE,
 )
 _BACK = re.compile(
@@ -97,14 +98,13 @@ _TO_DO = re.compile(
         |from\ (?:here|this\ \w+)))* \ (?:is|(?:will|should|must)\ be)\b:? (?:\ to\ {_VERBS})? (?:\ (?:now|indeed))?
         {_FILLED} _
     | \bso\ that\ (?:i|you|we)\ (?:arrive|end)\ at\ _
-    | _\W{{0,3}}\ (?:is\ (?:what|where|the|my|your)|as\ (?:the|my|your))
-        \ (?:(?:right|correct|best|next|only|final)\ )* (?:you|i|{_NOUNS})\b""",
+    | _\W{{0,3}}\ is\ (?:what|where|the|my|your)\ (?:(?:right|correct|best|next|only|final)\ )* (?:you|i|{_NOUNS})\b""",
     re.IGNORECASE | re.VERBOSE,
 )
 """Words that say that the action behind or before them is to be done."""
 _NOT_TO_DO = re.compile(
     r"""\b(?:not|never|no|none|nothing|nobody|nowhere|cannot|neither|nor|without|except|than|instead|but|only|against|away
-      |avoid\w*|stop|refuse|decline|ignore|skip|disagree|hardly|doubt|lie|false|untrue|joking|kidding|opposite|reverse
+      |avoid\w*|leave|leaving|drop|exclude|reject|abandon|stop|refuse|decline|ignore|skip|disagree|hardly|doubt|lie|false|untrue|joking|kidding|opposite|reverse
       |or|either|if|unless|whether|when|while|until|after(?:wards)?|before|although|though|however
       |maybe|perhaps|might|could|may|once|later|soon|someday|eventually|tomorrow|sometimes|often|given|provided
       |suppose|imagine|assume|in\ case
@@ -130,6 +130,7 @@ _STATED = re.compile(
     re.IGNORECASE | re.VERBOSE,
 )
 _ASKED = re.compile(r"\W*(?:(?:should|shall|do|does|is|are|can|could|would|may|must) (?:i|we|it|the)\b)", re.IGNORECASE)
+_PLACED = re.compile(r"\W*the \w+ is at\b", re.IGNORECASE)
 _SOUGHT = re.compile(r"\s+for\b", re.IGNORECASE)
 _REASON = re.compile(r"\W{0,3}(?:because|since|as (?:it|this|that|i|you))\b", re.IGNORECASE)
 _DIGIT = re.compile(r"\b[0-9]")
@@ -248,7 +249,7 @@ def read_sentence(text: str, world: World[Any], depth: int = 0) -> Any:
         TwoActions: a remark behind the action names another one.
     """
     text = _DUTY.sub("I ", _WHEN.sub("", _bare(text)))
-    if _ASKED.match(text):
+    if _ASKED.match(text) or _PLACED.match(text):
         return None
     clauses = () if _CONDITION.match(text) else islice(_OWN_CLAUSE.finditer(text), _PARTS)
     begins = [clause.end() for clause in clauses]
@@ -281,7 +282,8 @@ def _chosen(text: str, world: World[Any], depth: int = _DEPTH) -> Any:
 def only_named(text: str, world: World[Any]) -> Any:
     """The only action that a short sentence names, if it is to be done and no word says otherwise; None: there is none.
 
-    A number is an action behind a word of the world or a name of an answer; a word is none of a world of texts.
+    A number is an action behind a word of the world or a name of an answer; a word is none of a world of texts. A list
+    of numbers is to be done also in any sentence that begins with "your action is" or the like.
     """
     found = [] if len(text) > _SHORT or "\n" in text or _ASKED.match(text) else [*_named(text, world)]
     if not found or any(action != found[0][0] for action, _, _ in found):
@@ -296,12 +298,14 @@ def only_named(text: str, world: World[Any]) -> Any:
     rest = text[:last] if _REASON.match(text, last) else text
     for _, begin, end in reversed(found):
         rest = f"{rest[:begin]}_{rest[end:]}"
+    stated = isinstance(world.action_space, spaces.Box) and is_stated(text)
     if isinstance(world.action_space, spaces.Box):
         rest = _QUANTITY.sub("", rest)
+        rest = re.split(r"(?<=_)\W*[,;]|(?<=_)\W+(?:and|next|now)\b", rest, maxsplit=1)[0] if stated else rest
     if _NOT_TO_DO.search(rest) or (not world.action_words and _DIGIT.search(rest)):
         return None
-    at_last = not world.action_words and _AT_LAST.search(rest)
-    return action if picked or at_last or _TO_DO.search(rest) else None
+    chosen = stated or picked or _TO_DO.search(rest) or (not world.action_words and _AT_LAST.search(rest))
+    return action if chosen else None
 
 
 def _named(text: str, world: World[Any]) -> Iterator[tuple[Any, int, int]]:

@@ -4,7 +4,7 @@
 2. The answer stands behind the last label `Response:`, `Answer:`, `Action:` or the like; without one it is the text.
 3. An answer that is an action is it, and so are the first paragraph behind a label, and JSON with an action.
 4. Else it is a sentence: behind a label the first one on the line that is an action; without a label the first or the
-   last one, one that begins with "The action is" or the like, or the text in a fence, if no sentence is another action.
+   last one or the text in a fence, if no sentence is another action.
 5. A sentence is an action if plain words alone stand before it, such as "I go", and if what stands behind it leaves it
    as it is: plain words, a cause, "not ...", or a remark without another action.
 6. Else one of two sentences, behind a label of its first line, is the only action that it names, if a verb or a noun
@@ -220,12 +220,11 @@ def _anywhere(text: str, world: World[Any]) -> tuple[Any, str]:
     """The action of a text without a label, in JSON, a sentence or a fence, and what follows it."""
     if (found := in_json(text, world))[0] is not None or _OPENED.match(text):
         return found
-    said = [*sentences(text)]
-    read = [read_sentence(sentence, world) for sentence, _ in said]
-    at = [number for number, each in enumerate(read) if each is not None]
-    action = the_one(read)
-    if at and (at[0] == 0 or at[-1] == len(read) - 1 or any(is_stated(said[number][0]) for number in at)):
-        return action, text[said[at[-1]][1] :]
+    read = [(read_sentence(sentence, world), until) for sentence, until in sentences(text)]
+    at = [number for number, (each, _) in enumerate(read) if each is not None]
+    action = the_one(each for each, _ in read)
+    if at and (at[0] == 0 or at[-1] == len(read) - 1):
+        return action, text[read[at[-1]][1] :]
     return the_one(exact_action(each, world) for each in fenced(text)), ""  # other sentences may tell a story
 
 
@@ -234,7 +233,7 @@ def _only_named(text: str, world: World[Any]) -> tuple[Any, str]:
     said = sentences(text.strip().partition("\n\n")[0])
     if len(said) > (4 if is_stated(text) else 2) or _OPENED.match(text):
         return None, ""
-    read = [only_named(sentence, world) for sentence, _ in said]
+    read = [only_named(each, world) for each, _ in said]
     at = next((number for number in (0, -1) if read and read[number] is not None), None)
     return (None, "") if at is None else (the_one(read), text.strip()[said[at][1] :])
 
