@@ -118,8 +118,11 @@ LEVEL, LEAST, TINY = 0.05, 3, 1e-9
 RATES_FILE = "rates.json"
 SETTINGS = "settings"
 TRANSCRIPTS = 10
-PACKED = ("kind", "update", "seed", "answer", "success", "failure", "follows", "test", "family", "last")
-"""Fields of a test in a file of rows."""
+PACKED = {
+    "test": ("kind", "update", "seed", "answer", "success", "failure", "follows", "test", "family", "last"),
+    "house": ("kind", "update", "said", "words", "target", "success"),  # of `teachers_for_a_model.py`
+}
+"""Fields of a row in a file of rows, by its kind; of others all."""
 
 
 def number(*parts: Any) -> int:
@@ -401,12 +404,10 @@ def pack(out: Path, file: Path, signals: Sequence[str] = (BASE, *SIGNALS)) -> No
     for name, seeds in runs.items():
         for seed, rows in seeds.items():
             for row in rows:
-                if row["kind"] == "test":
-                    kept = (*PACKED, "prompt") if seed == min(seeds) and row["test"] == "alone" else PACKED
-                    row = {key: row[key] for key in kept if key in row}
-                    if "prompt" in row:
-                        row["prompt"] = row["prompt"][-1:]
-                lines.append(json.dumps({"run": f"{name}-{seed}"} | row, ensure_ascii=False) + "\n")
+                kept = {key: row[key] for key in PACKED.get(row["kind"], row) if key in row}
+                if "prompt" in row and seed == min(seeds) and row["test"] == "alone":
+                    kept["prompt"] = row["prompt"][-1:]
+                lines.append(json.dumps({"run": f"{name}-{seed}"} | kept, ensure_ascii=False) + "\n")
     file.write_text("".join(lines), "utf-8")
 
 

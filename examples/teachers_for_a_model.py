@@ -6,9 +6,9 @@
     python examples/teachers_for_a_model.py --out DIR --stage 2
 
 Each stage runs for hours, may be killed at any time, and goes on from the last update when it is run again; several
-commands share a folder. `--table` prints the table from the stored rows alone, `--plot FILE` draws the curves,
-`--pilot` says how long a stage takes, and `--words-alone` prints what the words are worth without any model. What
-follows was written before any training that it judges.
+commands share a folder. `--table` prints the table from the stored rows alone, `--plot FILE` draws the curves of stage
+2, if it was begun, `--pilot` says how long a stage takes, and `--words-alone` prints what the words are worth without
+any model. What follows was written before any training that it judges.
 
 **Worlds and tests** are those of `learn_from_words.py`: one move in a house of a town, held-out houses, phrasing and
 voice, no feedback in the prompt. The tests of training seed k have houses from seed 10,000,000 + 1,000,000 k on.
@@ -482,7 +482,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if options.plot:
             titles = {name: f"{name}: {teaching.title}" for name, teaching in TEACHERS.items()}
             runs = results(options.out, [*TEACHERS])
-            draw_curves(runs, titles, levels(runs, FAMILY), "updates", options.plot)
+            shown = of_stage(runs, 2) or runs
+            draw_curves(shown, titles, levels(shown, FAMILY), "updates", options.plot)
     except (ValueError, FloatingPointError, OSError) as error:
         raise SystemExit(f"{error}") from None
     except KeyboardInterrupt:

@@ -7,9 +7,9 @@
    last one or the text in a fence, if no sentence is another action.
 5. A sentence is an action if plain words alone stand before it, such as "I go", and if what stands behind it leaves it
    as it is: plain words, a cause, "not ...", or a remark without another action.
-6. Else one of two sentences, behind a label of its first line, is the only action that it names, if a verb or a noun
+6. Else one of two sentences, or the first behind a label, is the only action that it names, if a verb or a noun
    beside it says that it is to be done ("You should go", "the right way is"), and no word denies, doubts, asks,
-   compares, or tells of the past, of later times or of others.
+   compares, or tells of the past, of later times or of others. Behind "your action is" a list of numbers is chosen.
 7. An answer that is taken back, as by "Wait, ...", is none, and neither is all else.
 
 A text that is taken word for word, such as a poem, is all that stands behind the label, up to a thought, or the whole
@@ -56,6 +56,7 @@ __all__ = ["failure", "first_answer", "legal_text", "parse_action", "read_exactl
 
 _EXCERPT = 80
 _FEW = 5  # places where an answer may end
+_BEGUN = 6  # sentences of a paragraph that begins with the answer
 _LOOKED_AT = 300  # characters of a refused text in which actions are looked for
 _QUOTED = re.compile(r"""("[^"]{1,60}[^".](?:",\s*"[^"]{1,60}[^".])*")\.?""")
 _OPENED = re.compile(r"\s*(?:```\w*\s*)?\{\s*[\"']")
@@ -199,7 +200,7 @@ def _read(answer: str, world: World[Any]) -> Any:
             return action
     action, rest = on_first_line(said, world) if label else _anywhere("\n" + without_thoughts(said), world)
     if action is None:
-        action, rest = _only_named(first_line(said) if label else without_thoughts(said), world)  # step 6
+        action, rest = _only_named(first_line(said) if label else without_thoughts(said), world, bool(label))  # step 6
     if action is None:
         return failure(_found(answer, world), world, _reason(label, said, world))
     if taken_back(rest):  # step 7
@@ -228,13 +229,18 @@ def _anywhere(text: str, world: World[Any]) -> tuple[Any, str]:
     return the_one(exact_action(each, world) for each in fenced(text)), ""  # other sentences may tell a story
 
 
-def _only_named(text: str, world: World[Any]) -> tuple[Any, str]:
-    """The action that the first or last sentence of a short first paragraph names alone, and what follows it."""
+def _only_named(text: str, world: World[Any], labelled: bool) -> tuple[Any, str]:
+    """The action that the first or last sentence of a first paragraph names alone, and what follows it.
+
+    The paragraph is short, or it begins with the answer; then the first sentence counts.
+    """
     said = sentences(text.strip().partition("\n\n")[0])
-    if len(said) > (4 if is_stated(text) else 2) or _OPENED.match(text):
+    begins = labelled or is_stated(text)
+    if len(said) > (_BEGUN if begins else 2) or _OPENED.match(text):
         return None, ""
-    read = [only_named(each, world) for each, _ in said]
-    at = next((number for number in (0, -1) if read and read[number] is not None), None)
+    read = [only_named(sentence, world) for sentence, _ in said]
+    places = (0, -1) if len(said) <= 2 else (0,)
+    at = next((number for number in places if read and read[number] is not None), None)
     return (None, "") if at is None else (the_one(read), text.strip()[said[at][1] :])
 
 

@@ -11,7 +11,8 @@ when the rule stood, and general faults were mended afterwards. Of the clear act
 - `sixth`, three real models, the shipped prompts, two readers of one mind: 102 of 119, and none as another;
 - `seventh`, one of them at temperature 0, the same two readers: 30 of 36, and none as another;
 - `eighth`, the same model in other environments, the same readers: 30 of 34, and the word `stay`, which they did not
-  know, as an action.
+  know, as an action;
+- `ninth`, the same in others again: 31 of 33, and none as another.
 
 A poem may be any text, so that 30 of them have got their reading. `traps.jsonl` was written against the rule in two
 rounds: of 636 texts in which nothing is chosen 32 are still misread, and left out, as are 9 clear ones not read.
