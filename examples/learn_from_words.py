@@ -118,11 +118,8 @@ LEVEL, LEAST, TINY = 0.05, 3, 1e-9
 RATES_FILE = "rates.json"
 SETTINGS = "settings"
 TRANSCRIPTS = 10
-PACKED = {
-    "test": ("kind", "update", "seed", "answer", "success", "failure", "follows", "test", "family", "last"),
-    "house": ("kind", "update", "said", "words", "target", "success"),  # of `teachers_for_a_model.py`
-}
-"""Fields of a row in a file of rows, by its kind; of others all."""
+PACKED = ("kind", "update", "seed", "answer", "success", "failure", "follows", "test", "family", "last")
+"""Fields of a test in a file of rows."""
 
 
 def number(*parts: Any) -> int:
@@ -317,8 +314,10 @@ def results(out: Path, signals: Sequence[str] = (BASE, *SIGNALS)) -> dict[str, d
         if signal in signals and seed.isdecimal():
             try:
                 fault = _fault(signal, rows) or _difference(first, signal, seed, rows)
-            except (KeyError, TypeError) as error:
+            except KeyError as error:
                 fault = f"must have rows of these runs, got one without {error}"
+            except TypeError as error:
+                fault = f"must have rows of these runs, got a value of a wrong type: {error}"
             if fault:
                 raise ValueError(f"{name} in {out} {fault}; run it again, or write the file again with --rows")
             found[signal][int(seed)] = rows
@@ -373,8 +372,12 @@ def _fault(signal: str, rows: Sequence[Mapping[str, Any]]) -> str:
         return f"must have {settings['worlds']} last tests, got {count}"
     if any(type(row["success"]) is not bool for row in tests):
         return "must say of each test whether it succeeded, true or false"
-    if not all(math.isfinite(row[name]) for row in rows if row["kind"] == "update" for name in ("tokens", "cpu")):
-        return "must have finite tokens and CPU seconds"
+    along = Counter(row["update"] for row in tests if not row["last"])
+    if any(count != -(-settings["worlds"] // 2) for count in along.values()):
+        return f"must have half as many tests along the way as at the end, got {[*along.values()]}"
+    numbers = [row[name] for row in rows if row["kind"] == "update" for name in ("steps", "tokens", "cpu")]
+    if not all(map(math.isfinite, numbers)):
+        return "must have finite steps, tokens and CPU seconds"
     return ""
 
 
@@ -404,7 +407,7 @@ def pack(out: Path, file: Path, signals: Sequence[str] = (BASE, *SIGNALS)) -> No
     for name, seeds in runs.items():
         for seed, rows in seeds.items():
             for row in rows:
-                kept = {key: row[key] for key in PACKED.get(row["kind"], row) if key in row}
+                kept = {key: row[key] for key in (PACKED if row["kind"] == "test" else row) if key in row}
                 if "prompt" in row and seed == min(seeds) and row["test"] == "alone":
                     kept["prompt"] = row["prompt"][-1:]
                 lines.append(json.dumps({"run": f"{name}-{seed}"} | kept, ensure_ascii=False) + "\n")
@@ -577,7 +580,8 @@ def draw_curves(
 
     figure, axes = plt.subplots(figsize=(7, 4), layout="constrained")
     updates: list[int] = []
-    for name in [each for each in titles if each in runs]:
+    shown = [each for each in titles if each in runs]
+    for number, name in enumerate(shown):
         curves = []
         for seed, rows in runs[name].items():
             before = {0: share(runs[BASE][seed], "success", test="alone")} if seed in runs.get(BASE, {}) else {}
@@ -586,7 +590,7 @@ def draw_curves(
         updates = sorted(set.intersection(*({*curve} for curve in curves)))
         bands = [interval([curve[each] for curve in curves]) for each in updates]
         means, lows, highs = np.array(bands).T
-        places = np.array(updates) + 0.25 * list(titles).index(name)  # beside each other
+        places = np.array(updates) + 0.25 * (number - (len(shown) - 1) / 2)  # beside each other
         axes.errorbar(places, means, (means - lows, highs - means), marker=".", capsize=2, label=titles[name])
     for (title, height), style in zip([*without.items()][1:], (":", "--"), strict=True):
         axes.axhline(height, color="grey", linestyle=style, linewidth=1, label=title)

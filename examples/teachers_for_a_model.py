@@ -70,7 +70,7 @@ the three best, and otherwise not.
 
 The table has all runs of both stages, with the words that were said, the houses in which they were said, the share of
 targets that are right, tokens and CPU minutes; success by chance, through any door, by the law, and of the oracle, are
-computed from the test houses.
+computed from the test houses, of stage 2 if it was begun.
 """
 
 import argparse
@@ -311,18 +311,47 @@ def draw_targets(targets: Sequence[dict[str, Any]], count: int, rng: np.random.G
     return [targets[place] for place in rng.choice(len(targets), count, replace=len(targets) < count)]
 
 
-def houses_of(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+def houses_of(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
     """The rows of houses that were taught."""
     return [row for row in rows if row["kind"] == "house"]
 
 
-def words_of(rows: Sequence[dict[str, Any]]) -> int:
+def words_of(rows: Sequence[Mapping[str, Any]]) -> int:
     """The words that were said."""
     return sum(row["words"] for row in houses_of(rows))
 
 
 Runs = Mapping[str, Mapping[int, list[dict[str, Any]]]]
 """Stored rows by teacher and training seed."""
+
+
+def taught_runs(out: Path) -> Runs:
+    """As `results`, with the houses checked, too.
+
+    Raises:
+        ValueError: as there; houses are missing, doubled, or no such houses.
+    """
+    runs = results(out, [*TEACHERS])
+    for name, seeds in runs.items():
+        for seed, rows in seeds.items():
+            if fault := _fault_of_houses(name, rows):
+                raise ValueError(f"{name}-{seed} in {out} {fault}; run it again, or write the file again with --rows")
+    return runs
+
+
+def _fault_of_houses(name: str, rows: Sequence[Mapping[str, Any]]) -> str:
+    """What is wrong with the houses of a run; empty if nothing is."""
+    settings, houses = rows[0], houses_of(rows)
+    updates = [update for update in range(settings["format"], settings["updates"]) for _ in range(settings["steps"])]
+    if [house["update"] for house in houses] != updates or len({house["seed"] for house in houses}) < len(houses):
+        return f"must have {settings['steps']} houses in each update with a teacher, each once"
+    if any(type(house[field]) is not bool for house in houses for field in ("mistaken", "target", "success")):
+        return "must say true or false of each house: mistaken, target, success"
+    if any(house["words"] != len(house["said"].split()) for house in houses):
+        return "must have as many words in each house as were said"
+    if name != REFERENCE and (said := words_of(houses)) > settings["words"]:
+        return f"must have at most {settings['words']} words, got {said}"
+    return ""
 
 
 def of_stage(runs: Runs, stage: int) -> dict[str, dict[int, list[dict[str, Any]]]]:
@@ -410,7 +439,7 @@ def compared(second: Runs, one: str, other: str) -> tuple[float, float] | None:
 
 def table(out: Path) -> list[str]:
     """The table and the verdicts, from the stored rows."""
-    runs = results(out, [*TEACHERS])
+    runs = taught_runs(out)
     if not runs:
         raise ValueError(f"{out} must have finished runs, got none; run it without --table first")
     heads = ["teacher", "seeds", "found alone", "words", "houses", "targets", "right", "no action", "steps", "tokens"]
@@ -418,7 +447,7 @@ def table(out: Path) -> list[str]:
     for stage in STAGES:
         for name, rows in of_stage(runs, stage).items():
             lines.append(" | ".join([f"stage {stage}: {name}, {TEACHERS[name].title}", *_cells([*rows.values()])]))
-    return [*lines, *references(runs, FAMILY), "", *verdicts(runs)]
+    return [*lines, *references(of_stage(runs, 2) or runs, FAMILY), "", *verdicts(runs)]
 
 
 def _cells(runs: Sequence[list[dict[str, Any]]]) -> list[str]:
@@ -481,7 +510,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             pack(options.out, options.rows, [*TEACHERS])
         if options.plot:
             titles = {name: f"{name}: {teaching.title}" for name, teaching in TEACHERS.items()}
-            runs = results(options.out, [*TEACHERS])
+            runs = taught_runs(options.out)
             shown = of_stage(runs, 2) or runs
             draw_curves(shown, titles, levels(shown, FAMILY), "updates", options.plot)
     except (ValueError, FloatingPointError, OSError) as error:
@@ -494,7 +523,7 @@ def _work(options: argparse.Namespace, console: Console) -> list[str]:
     """Play a stage, or say how long it takes."""
     names = [*TEACHERS]
     if options.stage == 2:
-        names = in_second_stage(ranking(results(options.out, names)))
+        names = in_second_stage(ranking(taught_runs(options.out)))
     names = [name for name in names if name in options.teachers]
     from word_training import RATES, Learner
 

@@ -289,7 +289,7 @@ def doubled(rows):
             lambda rows: [*rows[:-2], {"run": "b-1", "kind": "test"}, rows[-1]],
             "must have rows of these runs, got one without 'update'",
         ),
-        (lambda rows: [{**row, "tokens": float("nan")} for row in rows], "must have finite tokens and CPU seconds"),
+        (lambda rows: [{**row, "tokens": float("nan")} for row in rows], "must have finite steps, tokens and CPU"),
         (
             lambda rows: [rows[0] | {"updates": 1, "steps": 64}, *rows[1:]],
             "must have the settings but for learning rates",

@@ -1,5 +1,6 @@
 """Teachers for a model, as far as they need no model: what is said, what becomes of it, the table and the verdicts."""
 
+import json
 import math
 import sys
 from functools import cache
@@ -133,9 +134,11 @@ def houses_of_tests(seed):
 def plant(out, name, stage, shares, words=200, worlds=50):
     """Finished runs of a stage with these shares of found treasures."""
     for seed, found in zip(program.STAGES[stage], shares, strict=True):
-        run = program.Taught(out, name, seed, {"family": "gridworld", "updates": 1, "steps": 32, "worlds": worlds})
+        settings = {"family": "gridworld", "updates": 1, "format": 0, "steps": 1, "worlds": worlds, "words": 200}
+        run = program.Taught(out, name, seed, settings)
         run.check()
-        house = {"kind": "house", "update": 3, "mistaken": True, "said": "", "words": words, "target": True}
+        said = " ".join(["north"] * words)
+        house = {"kind": "house", "update": 0, "mistaken": True, "said": said, "words": words, "target": True}
         test = {"kind": "test", "update": 15, "test": "alone", "family": "gridworld", "last": True, "failure": None}
         places = range(worlds)
         tests = [
@@ -237,6 +240,27 @@ def test_a_file_of_the_rows_has_the_same_table(tmp_path, capsys):
     assert "0.50" in printed
     program.main(["--out", f"{rows}", "--table"])
     assert capsys.readouterr().out == printed
+
+
+@pytest.mark.parametrize(
+    ("changes", "problem"),
+    [
+        ({"words": 6}, "must have as many words in each house as were said"),
+        ({"words": "six"}, "must have as many words in each house as were said"),
+        ({"target": "yes"}, "must say true or false of each house"),
+        ({"update": 1}, "must have 1 houses in each update with a teacher, each once"),
+        ({"said": "north " * 201, "words": 201}, "must have at most 200 words, got 201"),
+    ],
+)
+def test_changed_houses_are_refused(tmp_path, changes, problem):
+    plant(tmp_path, "early", 1, [0.4, 0.6], worlds=5)
+    path = tmp_path / "early-1/rows.jsonl"
+    rows = [json.loads(line) for line in path.read_text("utf-8").splitlines()]
+    path.write_text(
+        "".join(json.dumps(row | (changes if row["kind"] == "house" else {})) + "\n" for row in rows), "utf-8"
+    )
+    with pytest.raises(SystemExit, match=problem):
+        program.main(["--out", f"{tmp_path}", "--table"])
 
 
 def test_a_stage_without_runs_is_refused(tmp_path):
