@@ -556,7 +556,7 @@ def draw(out: Path, plot: Path) -> None:
     """The share of test houses in which the treasure is found without feedback, by updates, with 95 % intervals."""
     settings = settings_of(out)
     titles, runs = {letter: f"({letter}) {signal.title}" for letter, signal in SIGNALS.items()}, results(out)
-    along = f"updates, each by {settings['steps']} environment steps"
+    along = f"updates, each of {settings['steps']} environment steps"
     draw_curves(runs, titles, levels(runs, settings["family"]), along, plot)
 
 
