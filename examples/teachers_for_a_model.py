@@ -280,7 +280,7 @@ class Taught(Run):
         """The lesson up to the last stored update."""
         words = math.inf if self.signal == REFERENCE else self.settings["words"]
         lesson = Lesson(self.town, TEACHERS[self.signal], words)
-        said: dict[int, list[dict[str, Any]]] = {}
+        said: dict[int, list[Mapping[str, Any]]] = {}
         for row in houses_of(self.rows.read()):
             said.setdefault(row["update"], []).append(row)
         for rows in said.values():
