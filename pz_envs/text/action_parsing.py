@@ -130,7 +130,7 @@ _STATED = re.compile(
     re.IGNORECASE | re.VERBOSE,
 )
 _ASKED = re.compile(r"\W*(?:(?:should|shall|do|does|is|are|can|could|would|may|must) (?:i|we|it|the)\b)", re.IGNORECASE)
-_PLACED = re.compile(r"\W*the \w+ is at\b", re.IGNORECASE)
+_PLACED = re.compile(r"\W*the (?:hand|gripper|object|goal|target|car|spot) is at\b", re.IGNORECASE)
 _SOUGHT = re.compile(r"\s+for\b", re.IGNORECASE)
 _REASON = re.compile(r"\W{0,3}(?:because|since|as (?:it|this|that|i|you))\b", re.IGNORECASE)
 _DIGIT = re.compile(r"\b[0-9]")
