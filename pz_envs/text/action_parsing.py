@@ -357,6 +357,7 @@ def _fits(remark: str, action: Any, world: World[Any]) -> bool:
         return False
     again = _chosen(bare[:_SHORT], world)  # which comes back here for each listed action
     parts = re.split(r"[,;()]|\b(?:and|or|then)\b", remark)[:_PARTS]
+    parts = parts if len(parts) > 1 else []  # or a text would be read twice at each of its actions
     the_one([action, again, *(_chosen(part, world) for part in parts)])
     computed = remark.lstrip()[0] in "-=" and not bare.startswith(("a ", "an ", "the "))  # as in `x - gradient`
     return again is not None or not computed

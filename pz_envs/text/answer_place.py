@@ -57,7 +57,7 @@ _FONT = re.compile(
 _BOX = re.compile(r"\\(?:boxed|fbox)\s*\{((?:[^{}]|\{[^{}]*+\})*+)\}")
 _TEX = re.compile(r"\\(?:text|math)\w*\s*\{([^{}]*+)\}|\\[()\[\]]")
 _FENCE = re.compile(r"^[ \t]*(?:`{3,}|~{3,})[^\n`]*$", re.MULTILINE)
-_QUOTED = re.compile(r"\"(?:[^\"\\\n]|\\.)*+\"|\u201c[^\u201c\u201d\n]*+\u201d")
+_QUOTED = re.compile(r"(?<!\\)\"(?:[^\"\\\n]|\\.)*+\"|\u201c[^\u201c\u201d\n]*+\u201d")
 _BRACKETS = re.compile(r"\[[^\[\]]*+\]|\([^()]*+\)|\{[^{}]*+\}")
 _CLOSING = {"[": "]", "(": ")", "<": ">"}
 _END = re.compile(r"(?<=[.!?;])[ \t]+|\s*\n\s*")

@@ -73,3 +73,11 @@ def test_a_failure_quotes_a_short_line_of_the_answer(name):
                 or not names_any(row["answer"][:300], WORLDS[row["family"]])
                 or ":" in failure.got
             )
+
+
+@pytest.mark.parametrize("shape", ["{}: ", "{} - ", "{0}:{0}:", "Action: {} ", '\\"'])
+def test_an_action_that_is_repeated_is_read_once_at_each_place(shape):
+    """Each further one would double the time otherwise, so that these texts would not end."""
+    for family, action in {"gridworld": "north", "bandits": "3", "alfworld": "look", "movies": '["Heat"]'}.items():
+        for count in (40, 2000):
+            parse_action(shape.format(action) * count, WORLDS[family])
