@@ -104,7 +104,8 @@ _TO_DO = re.compile(
 """Words that say that the action behind or before them is to be done."""
 _NOT_TO_DO = re.compile(
     r"""\b(?:not|never|no|none|nothing|nobody|nowhere|cannot|neither|nor|without|except|than|instead|but|only|against|away
-      |avoid\w*|leave|leaving|drop|exclude|reject|abandon|stop|refuse|decline|ignore|skip|disagree|hardly|doubt|lie|false|untrue|joking|kidding|opposite|reverse
+      |avoid\w*|leav(?:e|ing)|drop|exclude|reject|abandon|stop|refuse|decline|ignore|skip|disagree|hardly|doubt
+      |lie|false|untrue|joking|kidding|opposite|reverse
       |or|either|if|unless|whether|when|while|until|after(?:wards)?|before|although|though|however
       |maybe|perhaps|might|could|may|once|later|soon|someday|eventually|tomorrow|sometimes|often|given|provided
       |suppose|imagine|assume|in\ case
@@ -148,6 +149,8 @@ _PART = re.compile(
 )
 _QUANTITY = re.compile(rf"\b(?:(?:from|to|by|is|of|instead)\s+)+{_NUMBER}(?![\w%]|\.\d)")
 """A number that is no action where actions are lists of numbers, as in `from 3.5 to 1`."""
+_AFTER = re.compile(r"(?<=_)(?:\W*[,;]|\W+(?:and|next|now)\b)")
+"""Where what is said of a list of numbers ends."""
 _BETWEEN = re.compile(r"(?:[\s,;&]|\band\s+(?=\S))+")
 _SIGN = re.compile(r"-\s+[\"']?\.?[0-9]")
 _WORDS = 12  # greatest number of words before an action, and in it
@@ -298,10 +301,12 @@ def only_named(text: str, world: World[Any]) -> Any:
     rest = text[:last] if _REASON.match(text, last) else text
     for _, begin, end in reversed(found):
         rest = f"{rest[:begin]}_{rest[end:]}"
-    stated = isinstance(world.action_space, spaces.Box) and is_stated(text)
-    if isinstance(world.action_space, spaces.Box):
+    numbers = isinstance(world.action_space, spaces.Box)
+    stated = numbers and is_stated(text)
+    if numbers:
         rest = _QUANTITY.sub("", rest)
-        rest = re.split(r"(?<=_)\W*[,;]|(?<=_)\W+(?:and|next|now)\b", rest, maxsplit=1)[0] if stated else rest
+    if stated:
+        rest = _AFTER.split(rest, maxsplit=1)[0]
     if _NOT_TO_DO.search(rest) or (not world.action_words and _DIGIT.search(rest)):
         return None
     chosen = stated or picked or _TO_DO.search(rest) or (not world.action_words and _AT_LAST.search(rest))

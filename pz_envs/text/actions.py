@@ -58,7 +58,7 @@ _EXCERPT = 80
 _FEW = 5  # places where an answer may end
 _BEGUN = 6  # sentences of a paragraph that begins with the answer
 _LOOKED_AT = 300  # characters of a refused text in which actions are looked for
-_QUOTED = re.compile(r"""("[^"]{1,60}[^".](?:",\s*"[^"]{1,60}[^".])*")\.?""")
+_TITLES = re.compile(r"""("[^"]{1,60}[^".](?:",\s*"[^"]{1,60}[^".])*")\.?""")
 _OPENED = re.compile(r"\s*(?:```\w*\s*)?\{\s*[\"']")
 
 EMPTY = "it holds no answer"
@@ -194,7 +194,7 @@ def failure(text: str, world: World[Any], why: str = NOTHING) -> ParseFailure:
 def _read(answer: str, world: World[Any]) -> Any:
     """The action of an answer in a world that does not take texts word for word."""
     label, said = find_place(answer, world.answer_names)  # step 2
-    listed = world.text_items and label and _QUOTED.fullmatch(said.strip())  # titles without the brackets of a list
+    listed = world.text_items and label and _TITLES.fullmatch(said.strip())  # titles without the brackets of a list
     for whole in (answer, f"[{listed[1]}]" if listed else said.strip() if label else ""):  # step 3
         if (action := _whole(whole, world)) is not None:
             return action
