@@ -18,7 +18,7 @@ __all__ = [
     "TwoActions",
     "exact_action",
     "in_json",
-    "is_stated",
+    "itemised",
     "names_any",
     "on_first_line",
     "only_named",
@@ -89,12 +89,14 @@ _FILLED = r"""(?:\W{0,3}\b(?:to|the|in|on|through|via|towards?|with|for|at|an?|o
     |command|label(?:ed|led)|move|point)\b)*\W{1,3}"""
 _TO_DO = re.compile(
     rf"""(?:\A\W*|[,:;]\W*|\b(?:i|you|we|so|and|now|then|next|please|let's|let\ (?:me|us)|i'll|i'd|we'll
-        |(?:you|need|have|going|want|like|best|better|is|decided?|plan|intend|time)\ to|will|should|must|understood)\W+)
+        |(?:you|need|have|going|want|like|best|better|is|and|decided?|plan|intend|time)\ to|will|should|must
+        |understood)\W+)
         (?:now\W+|next\W+)? {_VERBS} {_FILLED} _
     | (?:\A\W*|[,:;!]\W*|\b(?:i'm|am|are|is)\ |\A(?:start|begin|continue)\ by\ )(?:now\ )?
         (?:go|head|mov|walk|tak|choos|pull|propos|apply|us)ing {_FILLED} _
         (?:\ (?:now|next))? \W* (?:\Z|[,(]|\(|to\b)
-    | \b{_NOUNS}\b (?:\ (?:now|here|next|to\ \w+|for\ (?:me|you|your\ next\ turn)|you\ should\ \w+\ for
+    | \b{_NOUNS}\b (?:\ (?:now|here|next|to\ \w+|for\ (?:me|you|your\ next\ turn)
+        |(?:that\ )?(?:i|you|we)\ should\ \w+(?:\ for)?
         |from\ (?:here|this\ \w+)))* \ (?:is|(?:will|should|must)\ be)\b:? (?:\ to\ {_VERBS})? (?:\ (?:now|indeed))?
         {_FILLED} _
     | \bso\ that\ (?:i|you|we)\ (?:arrive|end)\ at\ _
@@ -104,7 +106,8 @@ _TO_DO = re.compile(
 """Words that say that the action behind or before them is to be done."""
 _NOT_TO_DO = re.compile(
     r"""\b(?:not|never|no|none|nothing|nobody|nowhere|cannot|neither|nor|without|except|than|instead|but|only|against|away
-      |avoid\w*|leav(?:e|ing)|drop|exclude|reject|abandon|stop|refuse|decline|ignore|skip|disagree|hardly|doubt
+      |avoid\w*|leav(?:e|ing)\ (?:the\ |arm\ )?_
+      |drop|exclude|reject|abandon|stop|refuse|decline|ignore|skip|disagree|hardly|doubt
       |lie|false|untrue|joking|kidding|opposite|reverse
       |or|either|if|unless|whether|when|while|until|after(?:wards)?|before|although|though|however
       |maybe|perhaps|might|could|may|once|later|soon|someday|eventually|tomorrow|sometimes|often|given|provided
@@ -127,11 +130,14 @@ _AT_LAST = re.compile(rf"\b(?:should|must|will|{_NOUNS}\ is)\ [^_:]{{0,80}}:\W*_
 _STATED = re.compile(
     r"""\W*(?:(?:so|then),?\ )? (?:the|my|your)\ (?:(?:right|correct|best|next|final)\ )*
     (?:action|answer|choice|move|command|decision|response|arm|point)\ (?:for\ (?:my|your|this|the)\ (?:next\ )?turn\ )?
-    (?:is|(?:should|will|must)\ be)\b""",
+    (?:(?:that\ )?(?:i|you|we)\ (?:should|must)\ \w+\ )? (?:is|(?:should|will|must)\ be)\b""",
     re.IGNORECASE | re.VERBOSE,
 )
 _ASKED = re.compile(r"\W*(?:(?:should|shall|do|does|is|are|can|could|would|may|must) (?:i|we|it|the)\b)", re.IGNORECASE)
-_PLACED = re.compile(r"\W*the (?:hand|gripper|object|goal|target|car|spot) is at\b", re.IGNORECASE)
+_PLACED = re.compile(
+    r"\W*(?:the (?:hand|gripper|object|goal|target|car|spot) is at|(?:the|your|my|its) (?:current|present))\b",
+    re.IGNORECASE,
+)
 _SOUGHT = re.compile(r"\s+for\b", re.IGNORECASE)
 _REASON = re.compile(r"\W{0,3}(?:because|since|as (?:it|this|that|i|you))\b", re.IGNORECASE)
 _DIGIT = re.compile(r"\b[0-9]")
@@ -151,6 +157,10 @@ _QUANTITY = re.compile(rf"\b(?:(?:from|to|by|is|of|instead)\s+)+{_NUMBER}(?![\w%
 """A number that is no action where actions are lists of numbers, as in `from 3.5 to 1`."""
 _AFTER = re.compile(r"(?<=_)(?:\W*[,;]|\W+(?:and|next|now)\b)")
 """Where what is said of a list of numbers ends."""
+_ITEM = r"^[ \t]*(?:[-*\u2022]|[0-9][.)])[ \t]+"
+_ITEMS = re.compile(
+    rf"(?:{_ITEM}[*`\"]*[A-Za-z]\w{{0,20}}[*`\"]*[ \t]*[:=][*`]*[ \t]*{_NUMBER}[*`,;.]*[ \t]*$\n?){{2,8}}", re.MULTILINE
+)
 _BETWEEN = re.compile(r"(?:[\s,;&]|\band\s+(?=\S))+")
 _SIGN = re.compile(r"-\s+[\"']?\.?[0-9]")
 _WORDS = 12  # greatest number of words before an action, and in it
@@ -217,6 +227,21 @@ def in_json(text: str, world: World[Any], depth: int = 0) -> tuple[Any, str]:
         at = end
     action = the_one(found)
     return (action if action is None or _fits(line, action, world) else None), rest
+
+
+def itemised(text: str, world: World[Any]) -> tuple[Any, str]:
+    """The action of a list of an action's parts, as in `- x1: 0.5`, and the rest; None: there is no list.
+
+    Raises:
+        TwoActions: there are different ones.
+    """
+    read, rest = [], ""
+    for found in islice(_ITEMS.finditer(text), _PARTS if world.action_parts else 0):
+        said = text[max(0, found.start() - _SHORT) : found.start()].rstrip()
+        if not _denies(said) and not _PLACED.match(said.rpartition("\n")[2]):
+            read.append(exact_action(re.sub(f"(?m){_ITEM}|[*`]", "", found[0]), world))
+            rest = text[found.end() :]
+    return the_one(read), rest
 
 
 def _denies(text: str) -> bool:
@@ -288,6 +313,7 @@ def only_named(text: str, world: World[Any]) -> Any:
     A number is an action behind a word of the world or a name of an answer; a word is none of a world of texts. A list
     of numbers is to be done also in any sentence that begins with "your action is" or the like.
     """
+    text = text[bullet.end() :] if (bullet := _BULLET.match(text)) else text
     found = [] if len(text) > _SHORT or "\n" in text or _ASKED.match(text) else [*_named(text, world)]
     if not found or any(action != found[0][0] for action, _, _ in found):
         return None

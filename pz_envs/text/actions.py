@@ -28,7 +28,7 @@ from pz_envs.text.action_parsing import (
     TwoActions,
     exact_action,
     in_json,
-    is_stated,
+    itemised,
     names_any,
     on_first_line,
     only_named,
@@ -56,7 +56,7 @@ __all__ = ["failure", "first_answer", "legal_text", "parse_action", "read_exactl
 
 _EXCERPT = 80
 _FEW = 5  # places where an answer may end
-_BEGUN = 6  # sentences of a paragraph that begins with the answer
+_SENTENCES = 4  # of a paragraph in which an action is named
 _LOOKED_AT = 300  # characters of a refused text in which actions are looked for
 _TITLES = re.compile(r"""("[^"]{1,60}[^".](?:",\s*"[^"]{1,60}[^".])*")\.?""")
 _OPENED = re.compile(r"\s*(?:```\w*\s*)?\{\s*[\"']")
@@ -200,7 +200,9 @@ def _read(answer: str, world: World[Any]) -> Any:
             return action
     action, rest = on_first_line(said, world) if label else _anywhere("\n" + without_thoughts(said), world)
     if action is None:
-        action, rest = _only_named(first_line(said) if label else without_thoughts(said), world, bool(label))  # step 6
+        action, rest = _only_named(first_line(said) if label else without_thoughts(said), world)  # step 6
+    if action is None:
+        action, rest = itemised(said if label else without_thoughts(said), world)
     if action is None:
         return failure(_found(answer, world), world, _reason(label, said, world))
     if taken_back(rest):  # step 7
@@ -229,18 +231,19 @@ def _anywhere(text: str, world: World[Any]) -> tuple[Any, str]:
     return the_one(exact_action(each, world) for each in fenced(text)), ""  # other sentences may tell a story
 
 
-def _only_named(text: str, world: World[Any], labelled: bool) -> tuple[Any, str]:
-    """The action that the first or last sentence of a first paragraph names alone, and what follows it.
+def _only_named(text: str, world: World[Any]) -> tuple[Any, str]:
+    """The action that the first or last sentence of a short first paragraph names alone, and what follows it.
 
-    The paragraph is short, or it begins with the answer; then the first sentence counts.
+    Sentences at the end that name actions, of which none is to be done, are warnings and do not count.
     """
     said = sentences(text.strip().partition("\n\n")[0])
-    begins = labelled or is_stated(text)
-    if len(said) > (_BEGUN if begins else 2) or _OPENED.match(text):
+    if len(said) > _SENTENCES or _OPENED.match(text):
         return None, ""
     read = [only_named(sentence, world) for sentence, _ in said]
-    places = (0, -1) if len(said) <= 2 else (0,)
-    at = next((number for number in places if read and read[number] is not None), None)
+    last = len(read) - 1
+    while last > 0 and read[last] is None and names_any(said[last][0], world):
+        last -= 1
+    at = next((number for number in (0, last) if read[number : number + 1] not in ([], [None])), None)
     return (None, "") if at is None else (the_one(read), text.strip()[said[at][1] :])
 
 
