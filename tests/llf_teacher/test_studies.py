@@ -1,17 +1,8 @@
 """Studies: files, the runner, the store, interruption."""
 
-import contextlib
-import signal
-import sqlite3
-import subprocess
-import sys
-import time
-
 import numpy as np
 import pytest
-from commands import llf
-from design import amount
-from studying import rows, small
+from studying import small
 
 from llf_teacher.serialization import read_toml
 from llf_teacher.studies.definition.study import Study, load_study, quickstart
@@ -248,39 +239,6 @@ def test_a_larger_study_goes_on_in_the_same_store(tmp_path):
     with Store(tmp_path / "s.db") as store:
         assert play_missing(small(seeds=1), store, workers=1) == 8
         assert play_missing(small(seeds=2), store, workers=1) == 8
-
-
-def test_a_killed_study_goes_on_to_the_same_rows(tmp_path):
-    """SIGKILL in the middle, twice: nothing is lost, nothing is played twice."""
-    seeds = amount(24, full=50)
-    (tmp_path / "study.toml").write_text(FILE.replace("seeds = 3", f"seeds = {seeds}"))
-    command = ("study", "run", "study.toml")
-    assert llf(*command, "--executor", "here", "--store", "whole.db", cwd=tmp_path).returncode == 0
-    command = (*command, "--workers", "2", "--store", "killed.db")
-    apart = [sys.executable, "-m", "llf_teacher", *command]
-    counts = []
-    for _ in range(2):
-        process = subprocess.Popen(apart, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        wanted = (counts[-1] if counts else 0) + 20
-        while process.poll() is None and _count(tmp_path / "killed.db") < wanted:
-            time.sleep(0.01)
-        process.send_signal(signal.SIGKILL)
-        process.wait()
-        counts.append(_count(tmp_path / "killed.db"))
-        assert wanted <= counts[-1] < 6 * seeds
-    assert llf(*command, cwd=tmp_path).returncode == 0
-    assert rows(tmp_path / "killed.db") == rows(tmp_path / "whole.db")
-    assert len(rows(tmp_path / "whole.db")[0]) == 6 * seeds
-
-
-def _count(path):
-    if not path.exists():
-        return 0
-    try:
-        with contextlib.closing(sqlite3.connect(f"file:{path}?mode=ro", uri=True)) as db:
-            return db.execute("SELECT count(*) FROM episode").fetchone()[0]
-    except sqlite3.OperationalError:  # not written yet
-        return 0
 
 
 def test_a_failing_episode_says_which(tmp_path, monkeypatch):

@@ -418,14 +418,6 @@ def test_what_failed_is_played_again_and_nothing_else(tmp_path):
     assert Flaky.acts == second.cost["turns"] - first.cost["turns"]
 
 
-def test_an_agent_that_hangs_is_not_measured(tmp_path):
-    with pytest.warns(RuntimeWarning, match="failed"):
-        card = take("faulty:Sleepy", tmp_path / "it.db", ["advice"], True, workers=1, turn_seconds=0.5)
-    assert 0 < card.failures < 12
-    assert "of 8 seeds failed or were not played" in card.lines[0].why
-    assert re.fullmatch(r".*0\.5.* \(faulty\.py, line \d+\)", card.error)
-
-
 def test_an_agent_that_answers_nonsense_is_not_measured(tmp_path):
     card = take(chat_student(lambda prompt: "I would rather not."), tmp_path / "it.db", ["advice"], True, workers=1)
     assert card.failures == 0

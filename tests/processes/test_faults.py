@@ -31,6 +31,7 @@ from llf_teacher.studies.execution.progress import StudyProgress
 from llf_teacher.studies.execution.runner import EpisodeError, RunOptions, play_missing
 from llf_teacher.studies.execution.worker import Packed, run_episode
 from llf_teacher.studies.store import Store
+from llf_teacher.suite import take
 
 PLACE = r" \(faulty\.py, line \d+\)$"
 FAULTS = {
@@ -150,6 +151,14 @@ def test_a_failure_is_covered_by_a_digest(folder):
             assert [problem for *_, problem in store.damage() if "the failure of" in problem], change
             store._db.execute("ROLLBACK TO before")
             store._db.execute("RELEASE before")
+
+
+def test_an_agent_that_hangs_is_not_measured(tmp_path):
+    with pytest.warns(RuntimeWarning, match="failed"):
+        card = take("faulty:Sleepy", tmp_path / "it.db", ["advice"], True, workers=1, turn_seconds=0.5)
+    assert 0 < card.failures < 12
+    assert "of 8 seeds failed or were not played" in card.lines[0].why
+    assert re.fullmatch(r".*0\.5.* \(faulty\.py, line \d+\)", card.error)
 
 
 def test_nothing_is_begun_after_a_failure_that_matters(folder):

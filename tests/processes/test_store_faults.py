@@ -2,12 +2,16 @@
 
 import contextlib
 import shutil
+import signal
 import sqlite3
 import subprocess
 import sys
+import time
 
 import pytest
 from commands import llf, llf_apart
+from design import amount
+from studying import rows
 
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.episode import play
@@ -17,6 +21,13 @@ from llf_teacher.studies.store.merging import merge
 from llf_teacher.studies.store.store_lock import lock_store
 
 HERE = RunOptions("here")
+FILE = """
+ids = ["llf-gridworld-v0"]
+teachers = ["oracle", "mistake(eps=0.2)", "silent"]
+students = ["random", "obedient"]
+feedback_types = ["a"]
+seeds = 3
+"""
 STOP = "class Breaks:\n    def act(self, observation):\n        raise KeyError('no idea')\n"
 
 
@@ -220,3 +231,36 @@ def test_a_report_may_be_made_at_any_time(tmp_path):
     result = llf("study", "report", "--store", tmp_path / "none.db")
     assert result.returncode == 2
     assert "there is no file" in result.stderr
+
+
+def test_a_killed_study_goes_on_to_the_same_rows(tmp_path):
+    """SIGKILL in the middle, twice: nothing is lost, nothing is played twice."""
+    seeds = amount(24, full=50)
+    (tmp_path / "study.toml").write_text(FILE.replace("seeds = 3", f"seeds = {seeds}"))
+    command = ("study", "run", "study.toml")
+    assert llf(*command, "--executor", "here", "--store", "whole.db", cwd=tmp_path).returncode == 0
+    command = (*command, "--workers", "2", "--store", "killed.db")
+    apart = [sys.executable, "-m", "llf_teacher", *command]
+    counts = []
+    for _ in range(2):
+        process = subprocess.Popen(apart, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        wanted = (counts[-1] if counts else 0) + 20
+        while process.poll() is None and _count(tmp_path / "killed.db") < wanted:
+            time.sleep(0.01)
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        counts.append(_count(tmp_path / "killed.db"))
+        assert wanted <= counts[-1] < 6 * seeds
+    assert llf(*command, cwd=tmp_path).returncode == 0
+    assert rows(tmp_path / "killed.db") == rows(tmp_path / "whole.db")
+    assert len(rows(tmp_path / "whole.db")[0]) == 6 * seeds
+
+
+def _count(path):
+    if not path.exists():
+        return 0
+    try:
+        with contextlib.closing(sqlite3.connect(f"file:{path}?mode=ro", uri=True)) as db:
+            return db.execute("SELECT count(*) FROM episode").fetchone()[0]
+    except sqlite3.OperationalError:  # not written yet
+        return 0
