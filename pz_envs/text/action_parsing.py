@@ -17,8 +17,9 @@ __all__ = [
     "LONGEST",
     "TwoActions",
     "exact_action",
+    "in_brackets",
     "in_json",
-    "itemised",
+    "is_stated",
     "names_any",
     "on_first_line",
     "only_named",
@@ -27,6 +28,7 @@ __all__ = [
     "text_in",
     "the_one",
     "unfit",
+    "warns",
 ]
 
 LONGEST = 1000
@@ -89,14 +91,14 @@ _FILLED = r"""(?:\W{0,3}\b(?:to|the|in|on|through|via|towards?|with|for|at|an?|o
     |command|label(?:ed|led)|move|point)\b)*\W{1,3}"""
 _TO_DO = re.compile(
     rf"""(?:\A\W*|[,:;]\W*|\b(?:i|you|we|so|and|now|then|next|please|let's|let\ (?:me|us)|i'll|i'd|we'll
-        |(?:you|need|have|going|want|like|best|better|is|and|decided?|plan|intend|time)\ to|will|should|must
+        |(?:you|need|have|going|want|like|best|better|is|decided?|plan|intend|time)\ to|will|should|must
         |understood)\W+)
         (?:now\W+|next\W+)? {_VERBS} {_FILLED} _
     | (?:\A\W*|[,:;!]\W*|\b(?:i'm|am|are|is)\ |\A(?:start|begin|continue)\ by\ )(?:now\ )?
         (?:go|head|mov|walk|tak|choos|pull|propos|apply|us)ing {_FILLED} _
         (?:\ (?:now|next))? \W* (?:\Z|[,(]|\(|to\b)
     | \b{_NOUNS}\b (?:\ (?:now|here|next|to\ \w+|for\ (?:me|you|your\ next\ turn)
-        |(?:that\ )?(?:i|you|we)\ should\ \w+(?:\ for)?
+        |(?:that\ )?(?:i|you|we)\ should\ {_VERBS}(?:\ for)?
         |from\ (?:here|this\ \w+)))* \ (?:is|(?:will|should|must)\ be)\b:? (?:\ to\ {_VERBS})? (?:\ (?:now|indeed))?
         {_FILLED} _
     | \bso\ that\ (?:i|you|we)\ (?:arrive|end)\ at\ _
@@ -130,14 +132,11 @@ _AT_LAST = re.compile(rf"\b(?:should|must|will|{_NOUNS}\ is)\ [^_:]{{0,80}}:\W*_
 _STATED = re.compile(
     r"""\W*(?:(?:so|then),?\ )? (?:the|my|your)\ (?:(?:right|correct|best|next|final)\ )*
     (?:action|answer|choice|move|command|decision|response|arm|point)\ (?:for\ (?:my|your|this|the)\ (?:next\ )?turn\ )?
-    (?:(?:that\ )?(?:i|you|we)\ (?:should|must)\ \w+\ )? (?:is|(?:should|will|must)\ be)\b""",
+    (?:(?:that\ )?(?:i|you|we)\ should\ (?:take|choose|make|give)\ )? (?:is|(?:should|will|must)\ be)\b""",
     re.IGNORECASE | re.VERBOSE,
 )
 _ASKED = re.compile(r"\W*(?:(?:should|shall|do|does|is|are|can|could|would|may|must) (?:i|we|it|the)\b)", re.IGNORECASE)
-_PLACED = re.compile(
-    r"\W*(?:the (?:hand|gripper|object|goal|target|car|spot) is at|(?:the|your|my|its) (?:current|present))\b",
-    re.IGNORECASE,
-)
+_PLACED = re.compile(r"\W*the (?:hand|gripper|object|goal|target|car|spot) is at\b", re.IGNORECASE)
 _SOUGHT = re.compile(r"\s+for\b", re.IGNORECASE)
 _REASON = re.compile(r"\W{0,3}(?:because|since|as (?:it|this|that|i|you))\b", re.IGNORECASE)
 _DIGIT = re.compile(r"\b[0-9]")
@@ -159,8 +158,11 @@ _AFTER = re.compile(r"(?<=_)(?:\W*[,;]|\W+(?:and|next|now)\b)")
 """Where what is said of a list of numbers ends."""
 _ITEM = r"^[ \t]*(?:[-*\u2022]|[0-9][.)])[ \t]+"
 _ITEMS = re.compile(
-    rf"(?:{_ITEM}[*`\"]*[A-Za-z]\w{{0,20}}[*`\"]*[ \t]*[:=][*`]*[ \t]*{_NUMBER}[*`,;.]*[ \t]*$\n?){{2,8}}", re.MULTILINE
+    rf"(\A|:[*`]*)\s*"
+    rf"((?:{_ITEM}[*`\"]*[A-Za-z]\w{{0,20}}[*`\"]*[ \t]*[:=][*`]*[ \t]*{_NUMBER}[*`,;.]*[ \t]*$\n?){{2,8}})",
+    re.MULTILINE,
 )
+"""Numbers with names, one a line, at the beginning or behind a colon."""
 _BETWEEN = re.compile(r"(?:[\s,;&]|\band\s+(?=\S))+")
 _SIGN = re.compile(r"-\s+[\"']?\.?[0-9]")
 _WORDS = 12  # greatest number of words before an action, and in it
@@ -227,21 +229,6 @@ def in_json(text: str, world: World[Any], depth: int = 0) -> tuple[Any, str]:
         at = end
     action = the_one(found)
     return (action if action is None or _fits(line, action, world) else None), rest
-
-
-def itemised(text: str, world: World[Any]) -> tuple[Any, str]:
-    """The action of a list of an action's parts, as in `- x1: 0.5`, and the rest; None: there is no list.
-
-    Raises:
-        TwoActions: there are different ones.
-    """
-    read, rest = [], ""
-    for found in islice(_ITEMS.finditer(text), _PARTS if world.action_parts else 0):
-        said = text[max(0, found.start() - _SHORT) : found.start()].rstrip()
-        if not _denies(said) and not _PLACED.match(said.rpartition("\n")[2]):
-            read.append(exact_action(re.sub(f"(?m){_ITEM}|[*`]", "", found[0]), world))
-            rest = text[found.end() :]
-    return the_one(read), rest
 
 
 def _denies(text: str) -> bool:
@@ -339,6 +326,12 @@ def only_named(text: str, world: World[Any]) -> Any:
     return action if chosen else None
 
 
+def warns(sentence: str, chosen: Iterable[Any], world: World[Any]) -> bool:
+    """Whether a sentence names actions, none of them to be done, and none that is chosen elsewhere."""
+    named = [action for action, _, _ in _named(sentence, world)]
+    return bool(named) and only_named(sentence, world) is None and not any(action in named for action in chosen)
+
+
 def _named(text: str, world: World[Any]) -> Iterator[tuple[Any, int, int]]:
     """Each action that words in a row are, the most words first, with its beginning and end."""
     found = [*islice(_WORD.finditer(masked(text)), _SCANNED)]
@@ -392,6 +385,21 @@ def _fits(remark: str, action: Any, world: World[Any]) -> bool:
     the_one([action, again, *(_chosen(part, world) for part in parts)])
     computed = remark.lstrip()[0] in "-=" and not bare.startswith(("a ", "an ", "the "))  # as in `x - gradient`
     return again is not None or not computed
+
+
+def in_brackets(text: str, world: World[Any]) -> str:
+    """The text with a list of an action's parts, a line for each, in brackets on the line that announces it.
+
+    So `I propose:`, `- x1: 1` and `- x2: 2` are `I propose: [1, 2]`.
+    """
+
+    def bracketed(found: re.Match[str]) -> str:
+        parts = {name.lower(): digits for name, digits in _PART.findall(re.sub(f"(?m){_ITEM}|[*`]", "", found[2]))}
+        if parts.keys() != set(world.action_parts):
+            return found[0]
+        return f"{found[1]} [{', '.join(parts[name] for name in world.action_parts)}]\n"
+
+    return _ITEMS.sub(bracketed, text) if world.action_parts else text
 
 
 # Actions without other words.

@@ -27,8 +27,9 @@ from pz_envs.text.action_parsing import (
     LONGEST,
     TwoActions,
     exact_action,
+    in_brackets,
     in_json,
-    itemised,
+    is_stated,
     names_any,
     on_first_line,
     only_named,
@@ -37,6 +38,7 @@ from pz_envs.text.action_parsing import (
     text_in,
     the_one,
     unfit,
+    warns,
 )
 from pz_envs.text.answer_place import (
     cleaned,
@@ -111,7 +113,7 @@ def parse_action(said: str | SplitReply, world: World[Any]) -> Any:
     if not answer.strip() and (thought or text.strip() or not _is_verbatim(world)):
         return failure(text, world, UNENDED if unended and thought else EMPTY)
     try:
-        return _verbatim(answer, world) if _is_verbatim(world) else _read(unmarked(answer), world)
+        return _verbatim(answer, world) if _is_verbatim(world) else _read(in_brackets(unmarked(answer), world), world)
     except TwoActions as error:
         return failure(_found(answer, world), world, f"{error}")
 
@@ -200,9 +202,7 @@ def _read(answer: str, world: World[Any]) -> Any:
             return action
     action, rest = on_first_line(said, world) if label else _anywhere("\n" + without_thoughts(said), world)
     if action is None:
-        action, rest = _only_named(first_line(said) if label else without_thoughts(said), world)  # step 6
-    if action is None:
-        action, rest = itemised(said if label else without_thoughts(said), world)
+        action, rest = _only_named(first_line(said) if label else without_thoughts(said), world, bool(label))  # step 6
     if action is None:
         return failure(_found(answer, world), world, _reason(label, said, world))
     if taken_back(rest):  # step 7
@@ -231,19 +231,21 @@ def _anywhere(text: str, world: World[Any]) -> tuple[Any, str]:
     return the_one(exact_action(each, world) for each in fenced(text)), ""  # other sentences may tell a story
 
 
-def _only_named(text: str, world: World[Any]) -> tuple[Any, str]:
-    """The action that the first or last sentence of a short first paragraph names alone, and what follows it.
+def _only_named(text: str, world: World[Any], labelled: bool) -> tuple[Any, str]:
+    """The action that a sentence of a first paragraph names alone, and what follows it; None: there is none.
 
-    Sentences at the end that name actions, of which none is to be done, are warnings and do not count.
+    It is the first one, or one behind which there are only warnings, of other actions. The paragraph is short, unless
+    it begins with the answer; of two sentences it is also the last one.
     """
     said = sentences(text.strip().partition("\n\n")[0])
-    if len(said) > _SENTENCES or _OPENED.match(text):
+    if (len(said) > _SENTENCES and not labelled and not is_stated(text)) or _OPENED.match(text):
         return None, ""
     read = [only_named(sentence, world) for sentence, _ in said]
-    last = len(read) - 1
-    while last > 0 and read[last] is None and names_any(said[last][0], world):
+    last = len(said) - 1
+    while last > 0 and warns(said[last][0], read, world):
         last -= 1
-    at = next((number for number in (0, last) if read[number : number + 1] not in ([], [None])), None)
+    places = (0, last) if len(said) <= 2 or last < len(said) - 1 else (0,)
+    at = next((number for number in places if read and read[number] is not None), None)
     return (None, "") if at is None else (the_one(read), text.strip()[said[at][1] :])
 
 

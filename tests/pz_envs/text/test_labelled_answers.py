@@ -28,7 +28,7 @@ from pz_envs.text.action_parsing import names_any
 from pz_envs.text.actions import NOTHING, parse_action
 from teachers.atoms import ParseFailure
 
-LEAST = {"attack": 0.99, "third": 0.98, "fourth": 0.98, "fifth": 0.98, "sixth": 0.93, "tenth": 0.97, "traps": 1}
+LEAST = {"attack": 0.99, "third": 0.98, "fourth": 0.98, "fifth": 0.98, "sixth": 0.93, "tenth": 0.96, "traps": 1}
 """Least share of the answers with one clear action that are read as it."""
 FOLDER = Path(__file__).with_name("answers")
 SETS = {path.stem: [*map(json.loads, path.read_text(encoding="utf-8").splitlines())] for path in FOLDER.glob("*.jsonl")}
