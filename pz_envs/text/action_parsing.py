@@ -297,8 +297,8 @@ def _chosen(text: str, world: World[Any], depth: int = _DEPTH) -> Any:
 def only_named(text: str, world: World[Any]) -> Any:
     """The only action that a short sentence names, if it is to be done and no word says otherwise; None: there is none.
 
-    A number is an action behind a word of the world or a name of an answer; a word is none of a world of texts. A list
-    of numbers is to be done also in any sentence that begins with "your action is" or the like.
+    A number is an action behind a word of the world or a name of an answer; a word of a text is one in quotes. A list of
+    numbers is to be done also in any sentence that begins with "your action is" or the like.
     """
     text = text[bullet.end() :] if (bullet := _BULLET.match(text)) else text
     found = [] if len(text) > _SHORT or "\n" in text or _ASKED.match(text) else [*_named(text, world)]
@@ -307,13 +307,15 @@ def only_named(text: str, world: World[Any]) -> Any:
     action, begin, end = found[0]
     said, last = text[begin:end].strip(_ENDS).lower(), found[-1][2]
     before, picked = text[:begin].lower().split()[-1:], world.text_items and _PICKED.search(text[:begin])
-    if (said.isalpha() and not world.action_words) or (
+    if (said.isalpha() and not world.action_words and text[begin] not in _AROUND) or (
         said.isdigit() and not _BEFORE_NUMBER.union(NOUNS, world.action_fillers, world.answer_names).issuperset(before)
     ):
         return None
     rest = text[:last] if _REASON.match(text, last) else text
     for _, begin, end in reversed(found):
         rest = f"{rest[:begin]}_{rest[end:]}"
+    for name in world.answer_names:
+        rest = re.sub(rf"(?i)\b{name}\b", "action", rest)
     numbers = isinstance(world.action_space, spaces.Box)
     stated = numbers and is_stated(text)
     if numbers:

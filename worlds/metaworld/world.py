@@ -55,7 +55,8 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
     metadata: dict[str, Any] = {"render_modes": ["ansi", "rgb_array"]}  # noqa: RUF012 (as in `World`)
     reward_range = (0.0, 10.0)
     action_parts = ("x", "y", "z", "grip")
-    action_fillers = ("move", "send", "hand", "aim", "target", "at")
+    action_fillers = ("move", "send", "hand", "aim", "at")
+    answer_names = ("target", "pose")
     _truth: Truth
 
     def __init__(
