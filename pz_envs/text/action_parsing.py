@@ -297,8 +297,8 @@ def _chosen(text: str, world: World[Any], depth: int = _DEPTH) -> Any:
 def only_named(text: str, world: World[Any]) -> Any:
     """The only action that a short sentence names, if it is to be done and no word says otherwise; None: there is none.
 
-    A number is an action behind a word of the world or a name of an answer; a word of a text is one in quotes. A list of
-    numbers is to be done also in any sentence that begins with "your action is" or the like.
+    A number is an action behind a word of the world or a name of an answer; a word is one in quotes, if actions are
+    texts. A list of numbers is to be done also in any sentence that begins with "your action is" or the like.
     """
     text = text[bullet.end() :] if (bullet := _BULLET.match(text)) else text
     found = [] if len(text) > _SHORT or "\n" in text or _ASKED.match(text) else [*_named(text, world)]

@@ -2,14 +2,16 @@
 
 1. What stands between thinking tags, or behind `Thought:`, is a thought. What a model goes on to say for others is cut.
 2. The answer stands behind the last label `Response:`, `Answer:`, `Action:` or the like; without one it is the text.
-3. An answer that is an action is it, and so are the first paragraph behind a label, and JSON with an action.
+3. An answer that is an action is it, and so are the first paragraph behind a label, and JSON with an action. A line for
+   each part of an action, such as `- x1: 0.5`, is a list in brackets.
 4. Else it is a sentence: behind a label the first one on the line that is an action; without a label the first or the
    last one or the text in a fence, if no sentence is another action.
 5. A sentence is an action if plain words alone stand before it, such as "I go", and if what stands behind it leaves it
    as it is: plain words, a cause, "not ...", or a remark without another action.
-6. Else one of two sentences, or the first behind a label, is the only action that it names, if a verb or a noun
-   beside it says that it is to be done ("You should go", "the right way is"), and no word denies, doubts, asks,
-   compares, or tells of the past, of later times or of others. Behind "your action is" a list of numbers is chosen.
+6. Else a sentence is the only action that it names, if a verb or a noun beside it says that it is to be done ("You
+   should go", "the right way is"), and no word denies, doubts, asks, compares, or tells of the past, of later times or
+   of others. It is the first one behind a label or of at most four, the last of two, or one behind which there are only
+   warnings of other actions. Behind "your action is" a list of numbers is chosen.
 7. An answer that is taken back, as by "Wait, ...", is none, and neither is all else.
 
 A text that is taken word for word, such as a poem, is all that stands behind the label, up to a thought, or the whole
