@@ -69,7 +69,8 @@ _BACK = re.compile(
     (?:no(?=[,.!;)]|\ wait|$)|nope|wait|hold\ on|actually|correction|oops|scratch\ that|never\ ?mind
       |on\ (?:second\ thought|reflection)|or(?!\ so\b)|i\ meant?|sorry|cancel|disregard|edit(?=:)
       |(?:just\ )?(?:kidding|joking)
-      |alternatively|changed\ my\ mind|false|not(?=\s*[.!])|then\ again|however|i\ refuse|this\ is\ a\ lie
+      |alternatively|changed\ my\ mind|forget\ (?:that|it)|let\ me\ reconsider|i\ withdraw
+      |false|not(?=\s*[.!])|then\ again|however|i\ refuse|this\ is\ a\ lie
       |i\ will\ not\ (?:take|do|follow)\ (?:it|that|this)) \b
     | ,\ ? (?:no(?=[,;)])|wait\b)
     | \b(?:that|this|it)(?:\ is|['\u2019]s|\ was|\ seems|\ looks)
