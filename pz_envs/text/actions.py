@@ -10,8 +10,8 @@
    as it is: plain words, a cause, "not ...", or a remark without another action.
 6. Else a sentence is the only action that it names, if a verb or a noun beside it says that it is to be done ("You
    should go", "the right way is"), and no word denies, doubts, asks, compares, or tells of the past, of later times or
-   of others. It is the first one behind a label or of at most four, the last of two, or one behind which there are only
-   warnings of other actions. Behind "your action is" a list of numbers is chosen.
+   of others. It is the first one behind a label or of at most four, the last of two, or one before a warning of another
+   action. Behind "your action is" a list of numbers is chosen.
 7. An answer that is taken back, as by "Wait, ...", is none, and neither is all else.
 
 A text that is taken word for word, such as a poem, is all that stands behind the label, up to a thought, or the whole
@@ -236,19 +236,18 @@ def _anywhere(text: str, world: World[Any]) -> tuple[Any, str]:
 def _only_named(text: str, world: World[Any], labelled: bool) -> tuple[Any, str]:
     """The action that a sentence of a first paragraph names alone, and what follows it; None: there is none.
 
-    It is the first one, or one behind which there are only warnings, of other actions. The paragraph is short, unless
-    it begins with the answer; of two sentences it is also the last one.
+    It is the first one, or one before a warning of another action. The paragraph is short, unless it begins with the
+    answer; of two sentences it is also the last one.
     """
     said = sentences(text.strip().partition("\n\n")[0])
     if (len(said) > _SENTENCES and not labelled and not is_stated(text)) or _OPENED.match(text):
         return None, ""
     read = [only_named(sentence, world) for sentence, _ in said]
-    last = len(said) - 1
-    while last > 0 and warns(said[last][0], read, world):
-        last -= 1
-    places = (0, last) if len(said) <= 2 or last < len(said) - 1 else (0,)
-    at = next((number for number in places if read and read[number] is not None), None)
-    return (None, "") if at is None else (the_one(read), text.strip()[said[at][1] :])
+    behind = [sentence for sentence, _ in said[1:]] + [""]
+    for at, (action, following) in enumerate(zip(read, behind, strict=False)):
+        if action is not None and (at == 0 or len(said) == 2 or warns(following, read, world)):
+            return the_one(read), text.strip()[said[at][1] :]
+    return None, ""
 
 
 def _found(answer: str, world: World[Any]) -> str:
