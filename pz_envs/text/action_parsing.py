@@ -397,10 +397,10 @@ def in_brackets(text: str, world: World[Any]) -> str:
     """
 
     def bracketed(found: re.Match[str]) -> str:
-        parts = {name.lower(): digits for name, digits in _PART.findall(re.sub(f"(?m){_ITEM}|[*`]", "", found[2]))}
-        if parts.keys() != set(world.action_parts):
+        parts = [(name.lower(), digits) for name, digits in _PART.findall(re.sub(f"(?m){_ITEM}|[*`]", "", found[2]))]
+        if sorted(name for name, _ in parts) != sorted(world.action_parts):
             return found[0]
-        return f"{found[1]} [{', '.join(parts[name] for name in world.action_parts)}]\n"
+        return f"{found[1]} [{', '.join(dict(parts)[name] for name in world.action_parts)}]\n"
 
     return _ITEMS.sub(bracketed, text) if world.action_parts else text
 
