@@ -92,7 +92,7 @@ _FILLED = r"""(?:\W{0,3}\b(?:to|the|in|on|through|via|towards?|with|for|at|an?|o
     |command|label(?:ed|led)|move|point)\b)*\W{1,3}"""
 _TO_DO = re.compile(
     rf"""(?:\A\W*|[,:;]\W*|\b(?:i|you|we|so|and|now|then|next|please|let's|let\ (?:me|us)|i'll|i'd|we'll
-        |(?:you|need|have|going|want|like|best|better|is|decided?|plan|intend|time)\ to|will|should|must
+        |(?:you|need|have|going|want|like|best|better|is|and|decided?|plan|intend|time)\ to|will|should|must
         |understood)\W+)
         (?:now\W+|next\W+)? {_VERBS} {_FILLED} _
     | (?:\A\W*|[,:;!]\W*|\b(?:i'm|am|are|is)\ |\A(?:start|begin|continue)\ by\ )(?:now\ )?
@@ -308,7 +308,8 @@ def only_named(text: str, world: World[Any]) -> Any:
     action, begin, end = found[0]
     said, last = text[begin:end].strip(_ENDS).lower(), found[-1][2]
     before, picked = text[:begin].lower().split()[-1:], world.text_items and _PICKED.search(text[:begin])
-    if (said.isalpha() and not world.action_words and text[begin] not in _AROUND) or (
+    quoted = text[begin] in _AROUND
+    if (said.isalpha() and not world.action_words and not quoted) or (
         said.isdigit() and not _BEFORE_NUMBER.union(NOUNS, world.action_fillers, world.answer_names).issuperset(before)
     ):
         return None
@@ -323,7 +324,7 @@ def only_named(text: str, world: World[Any]) -> Any:
         rest = _QUANTITY.sub("", rest)
     if stated:
         rest = _AFTER.split(rest, maxsplit=1)[0]
-    if _NOT_TO_DO.search(rest) or (not world.action_words and _DIGIT.search(rest)):
+    if _NOT_TO_DO.search(rest) or (not world.action_words and not quoted and _DIGIT.search(rest)):
         return None
     chosen = stated or picked or _TO_DO.search(rest) or (not world.action_words and _AT_LAST.search(rest))
     return action if chosen else None

@@ -60,7 +60,7 @@ __all__ = ["failure", "first_answer", "legal_text", "parse_action", "read_exactl
 
 _EXCERPT = 80
 _FEW = 5  # places where an answer may end
-_SENTENCES = 4  # of a paragraph in which an action is named
+_SENTENCES = 4  # of a paragraph that may begin with an action
 _LOOKED_AT = 300  # characters of a refused text in which actions are looked for
 _TITLES = re.compile(r"""("[^"]{1,60}[^".](?:",\s*"[^"]{1,60}[^".])*")\.?""")
 _OPENED = re.compile(r"\s*(?:```\w*\s*)?\{\s*[\"']")
@@ -236,17 +236,18 @@ def _anywhere(text: str, world: World[Any]) -> tuple[Any, str]:
 def _only_named(text: str, world: World[Any], labelled: bool) -> tuple[Any, str]:
     """The action that a sentence of a first paragraph names alone, and what follows it; None: there is none.
 
-    It is the first one, or one before a warning of another action. The paragraph is short, unless it begins with the
-    answer; of two sentences it is also the last one.
+    It is one before a warning of another action, or the first one, if there are few, or if the answer begins there; of
+    two sentences it is also the last one.
     """
-    said = sentences(text.strip().partition("\n\n")[0])
-    if (len(said) > _SENTENCES and not labelled and not is_stated(text)) or _OPENED.match(text):
-        return None, ""
+    said = [] if _OPENED.match(text) else sentences(text.strip().partition("\n\n")[0])
+    begins = len(said) <= _SENTENCES or labelled or is_stated(text)
     read = [only_named(sentence, world) for sentence, _ in said]
-    behind = [sentence for sentence, _ in said[1:]] + [""]
-    for at, (action, following) in enumerate(zip(read, behind, strict=False)):
-        if action is not None and (at == 0 or len(said) == 2 or warns(following, read, world)):
-            return the_one(read), text.strip()[said[at][1] :]
+    at = next((number for number, action in enumerate(read) if action is not None), None)
+    if at is None:
+        return None, ""
+    warned = (warns(sentence, read, world) for sentence, _ in said[at + 1 :])
+    if (at == 0 and begins) or len(said) == 2 or any(warned):
+        return the_one(read), text.strip()[said[at][1] :]
     return None, ""
 
 

@@ -13,12 +13,12 @@ when the rule stood, and general faults were mended afterwards. Of the clear act
 - `eighth`, the same model in other environments, the same readers: 30 of 34, and the word `stay`, which they did not
   know, as an action;
 - `ninth`, the same in others again: 31 of 33, and none as another;
-- `tenth`, `eleventh` and `twelfth`, two models, the shipped prompts and shorter ones, in others again, each after the
-  faults that the one before showed were mended: 68 of 81, 59 of 63 and 63 of 65, and none as another. Points outside
-  the bounds of the world here were left out.
+- `tenth`, `eleventh`, `twelfth` and `thirteenth`, two models, the shipped prompts and shorter ones, in others again,
+  each after the faults that the one before showed were mended: 68 of 81, 59 of 63, 63 of 65 and 63 of 72, and none as
+  another. Points outside the bounds of the world here were left out.
 
 A poem may be any text, so that 30 of them have got their reading. `traps.jsonl` was written against the rule in three
-rounds: of 877 texts in which nothing is chosen 70 are still misread, and left out, as are those clear ones that are
+rounds: of 877 texts in which nothing is chosen 72 are still misread, and left out, as are those clear ones that are
 not read.
 """
 
@@ -32,7 +32,7 @@ from pz_envs.text.action_parsing import names_any
 from pz_envs.text.actions import NOTHING, parse_action
 from teachers.atoms import ParseFailure
 
-LEAST = dict.fromkeys(("third", "fourth", "fifth", "twelfth"), 0.98) | {"sixth": 0.94, "tenth": 0.96, "traps": 1}
+LEAST = dict.fromkeys(("third", "fifth", "twelfth"), 0.98) | {"sixth": 0.94, "thirteenth": 0.97, "tenth": 1, "traps": 1}
 """Least share of the answers with one clear action that are read as it."""
 FOLDER = Path(__file__).with_name("answers")
 SETS = {path.stem: [*map(json.loads, path.read_text(encoding="utf-8").splitlines())] for path in FOLDER.glob("*.jsonl")}
