@@ -245,8 +245,8 @@ def _only_named(text: str, world: World[Any], labelled: bool) -> tuple[Any, str]
     at = next((number for number, action in enumerate(read) if action is not None), None)
     if at is None:
         return None, ""
-    warned = (warns(sentence, read, world) for sentence, _ in said[at + 1 :])
-    if (at == 0 and begins) or len(said) == 2 or any(warned):
+    warned = any(warns(sentence, read, world) for sentence, _ in said[at + 1 :]) and not text.rstrip().endswith("?")
+    if (at == 0 and begins) or len(said) == 2 or warned:
         return the_one(read), text.strip()[said[at][1] :]
     return None, ""
 
