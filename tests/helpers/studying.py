@@ -7,6 +7,15 @@ from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.store import Store
 
+FILE = """
+ids = ["llf-gridworld-v0"]
+teachers = ["oracle", "mistake(eps=0.2)", "silent"]
+students = ["random", "obedient"]
+feedback_types = ["a"]
+seeds = 3
+"""
+"""A small study as a file."""
+
 
 def small(**changes):
     settings = {

@@ -2,21 +2,13 @@
 
 import numpy as np
 import pytest
-from studying import small
+from studying import FILE, small
 
 from llf_teacher.serialization import read_toml
 from llf_teacher.studies.definition.study import Study, load_study, quickstart
 from llf_teacher.studies.execution.episode import play
 from llf_teacher.studies.execution.runner import manifest, play_missing
 from llf_teacher.studies.store import Store, StoreError
-
-FILE = """
-ids = ["llf-gridworld-v0"]
-teachers = ["oracle", "mistake(eps=0.2)", "silent"]
-students = ["random", "obedient"]
-feedback_types = ["a"]
-seeds = 3
-"""
 
 
 def test_a_file(tmp_path):

@@ -11,7 +11,7 @@ import time
 import pytest
 from commands import llf, llf_apart
 from design import amount
-from studying import rows
+from studying import FILE, rows
 
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.episode import play
@@ -21,13 +21,6 @@ from llf_teacher.studies.store.merging import merge
 from llf_teacher.studies.store.store_lock import lock_store
 
 HERE = RunOptions("here")
-FILE = """
-ids = ["llf-gridworld-v0"]
-teachers = ["oracle", "mistake(eps=0.2)", "silent"]
-students = ["random", "obedient"]
-feedback_types = ["a"]
-seeds = 3
-"""
 STOP = "class Breaks:\n    def act(self, observation):\n        raise KeyError('no idea')\n"
 
 
