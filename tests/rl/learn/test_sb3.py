@@ -31,7 +31,7 @@ def test_students_learn_to_follow_advice(make, settings, id, gamma):
     """Which nobody has told them to; by chance they follow one piece of four, or of ten."""
     model = make("MlpPolicy", student(id), gamma=gamma, seed=0, device="cpu", **settings)
     model.learn(4096)
-    assert follows(choices(model), id) > 0.5
+    assert follows(choices(model), id) > 0.6
 
 
 def teachers_seat():
